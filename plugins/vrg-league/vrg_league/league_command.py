@@ -141,7 +141,7 @@ def improve(
     Each runs in a folder of its own in the league's, shut off from other files and from the network, and is noted in
     `authors/turns.jsonl` there. `vrg league play` then takes in what they have changed.
     """
-    from vrg.launch.sandbox.seal import missing
+    from vrg_league.league.author_process import lacking
     from vrg_league.league.authors import note, read_authors, report, table_of, write_version
     from vrg_league.league.league import League
     from vrg_league.league.settings import match_of, open_league
@@ -149,8 +149,8 @@ def improve(
     console, out, wanted = make_console(), output or folder / "league", read_authors(authors)
     if not folder.is_dir():
         raise ConfigError([f"{folder}: expected a folder of strategies, found none"])
-    if (lacking := missing()) is not None:
-        raise ConfigError([f"a league seals its authors, which this machine cannot do: {lacking}"])
+    if (why := lacking()) is not None:
+        raise ConfigError([f"a league seals its authors, which this machine cannot do: {why}"])
     turns, place = [], out / "authors"
     with open_league(out) as league_folder, stoppable() as stop:
         league = League(league_folder, match_of(out), wanted.authors.keys(), lambda _: False)
@@ -216,8 +216,8 @@ def check(
         for row in rows or ():
             game = row.game
             score = row.score((game.first_team, game.second_team))
-            line = f"as {game.first_team} against {game.pairing.second}: {OUTCOMES[row.points]}, {score}, seed {game.seed}"
-            console.print(line, markup=False, soft_wrap=True)
+            line = f"as {game.first_team} against {game.pairing.second}: {OUTCOMES[row.points]}, {score}"
+            console.print(f"{line}, seed {game.seed}", markup=False, soft_wrap=True)
 
     try:
         with scratch_folder() as place:

@@ -28,7 +28,9 @@ _BIND, _CONNECT = 1, 2
 _ABSTRACT_SOCKETS, _SIGNALS = 1, 2
 NETWORK_ABI = 4
 """The version of Landlock that regulates TCP, of Linux 6.7."""
-_DEVICE_ABI, _SCOPE_ABI = 5, 6
+SCOPE_ABI = 6
+"""The version that keeps signals within what is sealed, of Linux 6.12."""
+_DEVICE_ABI = 5
 
 
 def abi() -> int:
@@ -51,10 +53,10 @@ def restrict(files: Iterable[tuple[Path, Access]], ports: Iterable[int]) -> None
     """
     version = abi()
     every = _OLD_RIGHTS | _TRUNCATE | (_IOCTL_DEVICE if version >= _DEVICE_ABI else 0)
-    scoped = _ABSTRACT_SOCKETS | _SIGNALS if version >= _SCOPE_ABI else 0
+    scoped = _ABSTRACT_SOCKETS | _SIGNALS if version >= SCOPE_ABI else 0
     attributes = struct.pack("=QQQ", every, _BIND | _CONNECT, scoped)
     # An older kernel does not know the last field.
-    attributes = attributes if version >= _SCOPE_ABI else attributes[:16]
+    attributes = attributes if version >= SCOPE_ABI else attributes[:16]
     ruleset = syscall(_CREATE, attributes, ctypes.c_size_t(len(attributes)), ctypes.c_uint32(0))
     try:
         for path, access in files:

@@ -18,7 +18,7 @@ _AF_UNIX, _AF_INET, _AF_INET6, _AF_CAN = 1, 2, 10, 29
 _STREAM, _DATAGRAM, _RAW, _KIND = 1, 2, 3, 0xF
 _TCP, _UDP = 6, 17
 _CLONE_THREAD = 0x10000
-_FAST_OPEN = 0x20000000
+FAST_OPEN = 0x20000000
 """MSG_FASTOPEN connects where Landlock does not look."""
 _OTHERS_NOTICE = (8, 10, 15, 1024)
 """F_SETOWN, F_SETSIG and F_SETOWN_EX let the kernel send a signal to another process; F_SETLEASE makes others wait."""
@@ -121,7 +121,7 @@ def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[SyscallRule
         SyscallRule("prlimit64", ((ArgumentCheck(0, (0, pid)),),)),
         SyscallRule("socket", tuple(sockets), errno.EACCES),
         SyscallRule("socketpair", (pair,), errno.EACCES),
-        SyscallRule("sendto", ((ArgumentCheck(3, (0,), _FAST_OPEN),),), errno.EACCES),
+        SyscallRule("sendto", ((ArgumentCheck(3, (0,), FAST_OPEN),),), errno.EACCES),
         # With them an open file travels over a socket, and is nowhere to be found while it does.
         SyscallRule("sendmsg", error=errno.EACCES),
         SyscallRule("sendmmsg", error=errno.EACCES),

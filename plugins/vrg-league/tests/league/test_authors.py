@@ -2,8 +2,10 @@
 
 import json
 import os
+import platform
 import shutil
 import socket
+import stat
 import subprocess
 from pathlib import Path
 
@@ -12,13 +14,16 @@ import pytest
 from tests.command_line import Vrg, with_vrg
 from tests.requirements import missing as lacking
 from vrg.errors import ConfigError
-from vrg.launch.sandbox.seal import missing
+from vrg.launch.sandbox.syscalls import ARCHITECTURES
+from vrg_league.league import author_process
 from vrg_league.league.authors import read_authors
 
 ARENA = Path(__file__).parents[4] / "examples" / "arena"
 STILL = (
     "from vrg.agents import STILL, Strategy\n\n\nclass Own(Strategy):\n    def act(self, view):\n        return STILL\n"
 )
+LONG = str(1_000_000_000 + os.getpid())
+"""The seconds that programs would sleep, which no other program has in its command."""
 DEEDS = {
     "good": f"open('player.py', 'w').write({STILL!r}); print('done')",
     "idle": "pass",
@@ -26,26 +31,39 @@ DEEDS = {
     "endless": "while True: pass",
     "large": "open('player.py', 'w').write('#' * 5_000_000)",
     "link": "import os; os.symlink('/etc/passwd', 'player.py')",
-    "pipe": "import os; os.mkfifo('player.py')",
-    "curious": "print(open({secret!r}).read())",
-    "writer": "open({secret!r}, 'w').write('gone')",
-    "caller": "import socket; socket.create_connection(('127.0.0.1', {port}))",
-    "glutton": "bytearray(5_000_000_000)",
-    "leaver": "import subprocess; subprocess.Popen(['sleep', '1000']); print('left')",
-    "runaway": "import subprocess; subprocess.Popen(['sleep', '1001'], start_new_session=True); print('left')",
+    "leaver": "import subprocess; subprocess.Popen(['sleep', '{long}']); print('left')",
+    "runaway": "import subprocess; subprocess.Popen(['sleep', '{long}'], start_new_session=True); print('left')",
+    "hopper": "import os, time\nif os.fork(): time.sleep(900)\nwhile True: os.fork() and os._exit(0)",
     "folder": "import os; os.remove('report.json'); os.mkdir('report.json'); os.symlink({secret!r}, 'said.txt')",
-    "datagram": "import socket; socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'x', ('127.0.0.1', {port}))",
-    "file_socket": "import socket; socket.socket(socket.AF_UNIX).connect({listening!r})",
     "namer": "import socket; print(socket.getaddrinfo('localhost', 80))",
-    "many": "import os, time; any(os.fork() == 0 for _ in range(6)); data = b'x' * 300_000_000; time.sleep(1000)",
+    "many": "import os, time; any(os.fork() == 0 for _ in range(6)); data = b'x' * 60_000_000; time.sleep(900)",
     "shell": "import subprocess; print(subprocess.call('sleep 9 & kill $! && touch x && chmod 600 x', shell=True))",
-    "tokens": "import os; print(os.environ['SECRET_TOKEN'])",
+    "changer": "import os; os.chmod({secret!r}, 0o666); os.utime({secret!r}, (0, 0)); os.chmod('..', 0)",
 }
+FORBIDDEN = {
+    "pipe": ("PermissionError", "import os; os.mkfifo('player.py')"),
+    "curious": ("PermissionError", "print(open({secret!r}).read())"),
+    "neighbour": ("PermissionError", "print(open({entries!r} + '/good.py').read())"),
+    "writer": ("PermissionError", "open({secret!r}, 'w').write('gone')"),
+    "caller": ("PermissionError", "import socket; socket.create_connection(('127.0.0.1', {port}))"),
+    "datagram": ("PermissionError", "import socket; socket.socket(socket.AF_INET, socket.SOCK_DGRAM)"),
+    "file_socket": ("PermissionError", "import socket; socket.socket(socket.AF_UNIX).connect({listening!r})"),
+    "parent": ("PermissionError", "import os; os.kill(os.getppid(), 9)"),
+    "stranger": ("PermissionError", "import os; os.kill({pid}, 0)"),
+    "unnamed_file": ("PermissionError", "import os; os.memfd_create('x')"),
+    "namespace": (
+        "-1",
+        "import ctypes as c; raise SystemExit(str(c.CDLL(None).syscall({clone}, 0x10000011, 0, 0, 0, 0)))",
+    ),
+    "glutton": ("MemoryError", "bytearray(5_000_000_000)"),
+    "tokens": ("KeyError", "import os; print(os.environ['SECRET_TOKEN'])"),
+}
+"""What ends with an error, and the error."""
 
 
 @pytest.fixture(autouse=True)
 def sealed() -> None:
-    if (why := missing()) is not None:
+    if (why := author_process.lacking()) is not None:
         lacking(why)
 
 
@@ -68,16 +86,21 @@ def test_an_author_can_write_its_entry_and_nothing_else(
     monkeypatch.setenv("SECRET_TOKEN", "a secret of the owner")
     secret = tmp_path / "secret.txt"
     secret.write_text("a secret of the owner")
+    secret.chmod(0o600)
     entries = league(vrg, tmp_path)
     table = ["publish = true"]
     listening, inside = socket.create_server(("127.0.0.1", 0)), socket.socket(socket.AF_UNIX)
     inside.bind(str(tmp_path / "listening"))
     inside.listen()
-    words = {"secret": str(secret), "port": listening.getsockname()[1], "listening": str(tmp_path / "listening")}
-    for name, deed in DEEDS.items():
+    words = {
+        "secret": str(secret), "port": listening.getsockname()[1], "listening": str(tmp_path / "listening"),
+        "entries": str(entries), "pid": os.getpid(), "long": LONG,
+        "clone": ARCHITECTURES[platform.machine()].numbers["clone"],
+    }  # fmt: skip
+    for name, deed in [*DEEDS.items(), *((name, deed) for name, (_, deed) in FORBIDDEN.items())]:
         (tmp_path / f"{name}.py").write_text(deed.format(**words))
-        table += [f"[authors.{name}]", f'command = ["python3", "{name}.py"]', "memory = 1000"]
-        table += [f"seconds = {2 if name == 'endless' else 60}"]
+        table += [f"[authors.{name}]", f'command = ["python3", "{name}.py"]', "memory = 200"]
+        table += [f"seconds = {2 if name in ('endless', 'hopper') else 60}"]
     (tmp_path / "authors.toml").write_text("\n".join(table))
     done = vrg("league", "improve", "entries", "authors.toml")
     assert done.status == 0, done.err
@@ -88,19 +111,21 @@ def test_an_author_can_write_its_entry_and_nothing_else(
     assert found["good"]["said"] == "done\n"
     assert {name for name, turn in found.items() if turn["outcome"].endswith("status 3")} == {"failing"}
     assert found["endless"]["outcome"] == "it took longer than 2 s"
-    assert found["many"]["outcome"] == "it used more than 1000 MB"
+    assert found["hopper"]["outcome"] == "it took longer than 2 s"
+    assert found["many"]["outcome"] == "it used more than 200 MB"
     assert "127.0.0.1" in found["namer"]["said"], "names are found without UDP"
     assert found["shell"]["said"] == "0\n", "it may start and stop programs"
-    for name in ("curious", "writer", "caller", "glutton", "tokens", "pipe", "datagram", "file_socket"):
+    for name, (error, _) in FORBIDDEN.items():
         assert found[name]["outcome"] == "its command has ended with status 1", name
-        assert any(error in found[name]["said"] for error in ("PermissionError", "MemoryError", "KeyError")), name
+        assert error in found[name]["said"], name
     assert "expected at most 4 MB" in found["large"]["outcome"]
     assert "expected a file, found a link" in found["link"]["outcome"]
     assert found["idle"]["outcome"] == "expected its entry as player.py, found none"
     assert all("a secret of the owner" not in json.dumps(turn) for turn in found.values())
     assert secret.read_text() == "a secret of the owner"
+    assert (stat.S_IMODE(secret.stat().st_mode), secret.stat().st_mtime > 0) == (0o600, True)
     assert {file.name for file in entries.iterdir()} == {"good.py", "league"}
-    left = [pid for pid in os.listdir("/proc") if pid.isdecimal() and b"sleep\x00100" in _command(pid)]
+    left = [pid for pid in os.listdir("/proc") if pid.isdecimal() and LONG.encode() in _command(pid)]
     assert left == [], "what it has started ends with it"
     again = vrg("league", "improve", "entries", "authors.toml")
     assert turns(entries)["good"]["outcome"] == "it has changed nothing", again.err
@@ -121,6 +146,10 @@ def _command(pid: str) -> bytes:
         ("[authors.ann]\ncommand = []", "command"),
         ("[authors.ann]\ncommand = ['true']\nseconds = -1", "seconds"),
         ("[authors.ann]\ncommand = ['true']\nsecond = 1", "second"),
+        ("[authors.ann]\ncommand = ['']", "command"),
+        ('[authors.ann]\ncommand = ["a\\u0000b"]', "command"),
+        ("[authors.ann]\ncommand = ['true']\nports = [70000]", "ports"),
+        ("[authors.ann]\ncommand = ['true']\nmemory = 100000000000000000000", "memory"),
         ("[", "cannot be read"),
     ],
 )

@@ -1,22 +1,20 @@
 """Authors of a league that are programs: each finds a report of its games, and writes the next version of its entry.
 
 An author is a command, such as one that asks a language model. It runs in a folder of its own, where it keeps what it
-likes from turn to turn. There lie `report.json`, and its entry as `player.py`, which it changes. It can reach no other
-files but those of the system and what its table names, and of sockets only those of TCP, to the ports that this names.
+likes from turn to turn. There lie `report.json`, and its entry as `player.py`, which it changes. It can read no other
+files but those of the system and what its table names, write none, and connect by TCP to the ports that this names.
 """
 
 import contextlib
-import ctypes
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import msgspec
 import psutil
@@ -30,7 +28,7 @@ from vrg.launch.sandbox.policy import Access, Policy, files
 from vrg.runs.run_folder import delete
 from vrg.tables import Table, problems_of
 from vrg.types import printable
-from vrg_league.folder import write_record
+from vrg_league.folder import write_record, writing
 from vrg_league.games import OUTCOMES, GameRecord
 from vrg_league.league import author_process
 from vrg_league.league.entries import read_entry
@@ -41,16 +39,17 @@ GAMES: Final = 12
 """The number of the last games of an entry in its report."""
 PLAYER: Final = "player.py"
 """The name of the file that an author writes, in its folder."""
-_SUBREAPER: Final = 36
-"""PR_SET_CHILD_SUBREAPER of prctl(2)."""
-_NAMES: Final = 53
-"""The TCP port of servers of names."""
-_CERTIFICATES: Final = (Path("/etc/ssl/certs"), Path("/etc/pki"))
-"""Where systems keep those of the authorities by which a program knows a service."""
-_LOOK: Final = 0.2
+_DNS_PORT: Final = 53
+_CA_CERTIFICATES: Final = tuple(
+    Path("/etc", name) for name in ("ssl/certs", "pki/tls/certs", "pki/tls/cert.pem", "pki/ca-trust/extracted")
+)
+_LOOK_INTERVAL: Final = 0.2
 """The time between two looks at a running author, s."""
 _SAID: Final = 2000
 """The number of characters of what an author has printed that are kept."""
+
+
+_Word = Annotated[str, Field(pattern=r"^[^\x00]+$")]
 
 
 class Author(Table):
@@ -63,12 +62,12 @@ class Author(Table):
         seconds: the real time that it has for a version. memory: that it may use with all that it starts, MB.
     """
 
-    command: tuple[str, ...] = Field(min_length=1)
-    reads: tuple[str, ...] = ()
-    ports: tuple[int, ...] = ()
-    variables: tuple[str, ...] = ()
+    command: tuple[_Word, ...] = Field(min_length=1)
+    reads: tuple[_Word, ...] = ()
+    ports: tuple[Annotated[int, Field(ge=1, le=65535)], ...] = ()
+    variables: tuple[_Word, ...] = ()
     seconds: float = Field(120.0, gt=0.0, le=3600.0)
-    memory: int = Field(2000, gt=0)
+    memory: int = Field(2000, gt=0, le=1_000_000)
 
 
 class Authors(Table):
@@ -194,7 +193,7 @@ def write_version(
         write_whole(folder / "report.json", msgspec.json.format(msgspec.json.encode(about)))
         if entry.is_file():
             write_whole(folder / PLAYER, entry.read_bytes())
-        outcome, said = _run(author, base, folder, stopped)
+        outcome, said = _run(author, base, folder, entries, stopped)
         before, after = read_entry(entry), read_entry(folder / PLAYER)
         data = b"" if after is None else b"".join(after.files.values())
         if not outcome and not os.path.lexists(folder / PLAYER):
@@ -216,23 +215,33 @@ def write_version(
 
 
 def note(place: Path, turn: Turn) -> None:
-    """Write a turn into the journal of the authors."""
-    with (place / "turns.jsonl").open("ab", buffering=0) as journal:
+    """Write a turn into the journal of the authors.
+
+    Raises:
+        LaunchError: it cannot be written.
+    """
+    with writing(f"{place}: turns.jsonl"), (place / "turns.jsonl").open("ab", buffering=0) as journal:
         write_record(journal, turn)
 
 
-def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bool]) -> tuple[str, str]:
+def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Callable[[float], bool]) -> tuple[str, str]:
     """Run the command of an author; why it failed, empty if it did not; and the end of what it has printed."""
-    command = [str((base / word).resolve()) if (base / word).is_file() else word for word in author.command]
-    reads = [Path(word) for word in command if Path(word).is_file()]
-    reads += [(base / Path(name).expanduser()).resolve() for name in author.reads]
+    places = [_place(base, word) for word in author.command]
+    command = [word if place is None else str(place) for word, place in zip(author.command, places, strict=True)]
+    reads = [place for place in (*places, *(_place(base, name) for name in author.reads)) if place is not None]
+    # What is imported from where the command was typed is no library.
+    known = [library for library in libraries() if library != Path.cwd()]
+    hidden = [entries.resolve(), folder.parents[1], base.resolve()]
     ports = author.ports
     if ports:
-        reads += _CERTIFICATES
-        ports = (*ports, _NAMES)
+        reads += _CA_CERTIFICATES
+        ports = (*ports, _DNS_PORT)
     policy = Policy(
         files=(
-            *files(own=[], libraries=libraries(), hidden=[], folder=folder, written=[], entries=entries_of),
+            *files(
+                own=[], libraries=known, folder=folder, written=[], entries=entries_of,
+                hidden=[path for path in hidden if not any(library.is_relative_to(path) for library in known)],
+            ),
             *((path, Access.READ) for path in reads),
         ),
         ports=ports, folder=folder, memory=author.memory, core=None,
@@ -243,7 +252,6 @@ def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bo
     own["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), own.get("PATH", os.defpath)])
     # resolv.conf(5): names are asked for over TCP, as there is no UDP.
     own |= {"HOME": str(folder), "TMPDIR": str(folder), "RES_OPTIONS": "use-vc"}
-    before = _children()
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
             [sys.executable, "-I", "-m", author_process.__name__, author_process.packed(policy), *command],
@@ -253,53 +261,47 @@ def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bo
         until, why = time.monotonic() + author.seconds, ""
         try:
             while process.poll() is None and not why:
-                if stopped(_LOOK):
+                if stopped(_LOOK_INTERVAL):
                     why = "it was broken off"
-                elif _memory(before) > author.memory:
+                elif _memory(process.pid) > author.memory:
                     why = f"it used more than {author.memory} MB"
                 elif time.monotonic() > until:
                     why = f"it took longer than {author.seconds:g} s"
         finally:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
+            process.terminate()
             status = process.wait()
-            _end_children(before)
         said.seek(max(0, said.seek(0, os.SEEK_END) - _SAID))
         words = printable(said.read(_SAID).decode("utf-8", "replace"), lines=True)
     return why or ("" if status == 0 else f"its command has ended with status {status}"), words
 
 
-def _children() -> set[int]:
-    """The processes whose parent this one is; it also becomes that of those that their own parents leave behind."""
-    ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
-    return {child.pid for child in psutil.Process().children()}
-
-
-def _memory(before: set[int]) -> float:
-    """The memory that an author uses with all that it has started, MB."""
-    used = 0
-    for pid in _children() - before:
-        # What has ended meanwhile uses none.
-        with contextlib.suppress(psutil.Error):
-            one = psutil.Process(pid)
-            used += one.memory_info().rss + sum(_resident(each) for each in one.children(recursive=True))
-    return used / 1e6
-
-
-def _resident(process: psutil.Process) -> int:
+def _place(base: Path, word: str) -> Path | None:
+    """The file or the folder that a word names, beside the table's file or by a whole path; None if it names none."""
     try:
-        return int(process.memory_info().rss)
+        found = (base / Path(word).expanduser()).resolve()
+        return found if found.exists() else None
+    except (OSError, ValueError, RuntimeError):
+        return None
+
+
+def _memory(pid: int) -> float:
+    """The memory that a process uses with all that it has started, MB; each has its share of what several use."""
+    try:
+        found = psutil.Process(pid).children(recursive=True)
     except psutil.Error:
-        return 0
+        return 0.0  # it has ended
+    return sum(map(_share, found)) / 1e6
 
 
-def _end_children(before: set[int]) -> None:
-    """End all that an author has started, whatever session it is in."""
-    while left := _children() - before:
-        for pid in left:
-            with contextlib.suppress(ProcessLookupError, ChildProcessError):
-                os.kill(pid, signal.SIGKILL)
-                os.waitpid(pid, 0)
+def _share(process: psutil.Process) -> int:
+    try:
+        return int(process.memory_full_info().pss)
+    except psutil.AccessDenied:
+        with contextlib.suppress(psutil.Error):
+            return int(process.memory_info().rss)
+    except psutil.Error:
+        pass
+    return 0
 
 
 def table_of(turns: Sequence[Turn]) -> list[list[str]]:
