@@ -56,7 +56,8 @@ def event(tmp_path: Path) -> Event:
         ('title = "x"', "matches"),
         ('title = "x"\nmatches = []', "matches"),
         ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "25:00"', "at"),
-        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "2026-02-30 12:00"', "at"),
+        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "2026-02-30 12:00"', "expected a time"),
+        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "0001-01-01 00:00"', "expected a time"),
         ('title = "x"\npause = -1\n[[matches]]\nmatch = "tiny.toml"', "pause"),
         ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\ntittle = "y"', "tittle"),
         ("[", "cannot be read"),
@@ -80,10 +81,10 @@ def test_a_match_has_the_strategies_and_the_seed_of_its_slot(event: Event) -> No
 
 def test_a_match_begins_after_the_pause_and_not_before_its_time(event: Event) -> None:
     noon = datetime(2026, 11, 28, 12, 0).timestamp()
-    assert event.due(0, noon) == noon
-    assert event.due(1, noon) == datetime(2026, 11, 28, 23, 59).timestamp()
+    assert event.due(0, noon, first=True) == noon
+    assert event.due(1, noon, first=True) == datetime(2026, 11, 28, 23, 59).timestamp()
     late = datetime(2026, 11, 28, 23, 59, 30).timestamp()
-    assert event.due(1, late) == late
+    assert event.due(1, late, first=True) == late
 
 
 @pytest.mark.parametrize(
@@ -103,7 +104,12 @@ def test_a_time_of_the_day_is_one_at_most_six_hours_ago_or_the_next(
 ) -> None:
     slot = event.table.matches[1].model_copy(update={"at": at})
     event.table = event.table.model_copy(update={"matches": (slot,)})
-    assert datetime.fromtimestamp(event.due(0, ended.timestamp())) == begins
+    assert datetime.fromtimestamp(event.due(0, ended.timestamp(), first=False)) == begins
+
+
+def test_an_evening_match_waits_for_its_evening_if_nothing_was_played_yet(event: Event) -> None:
+    night = datetime(2026, 11, 28, 0, 30)
+    assert datetime.fromtimestamp(event.due(1, night.timestamp(), first=True)) == night.replace(hour=23, minute=59)
 
 
 def test_outcomes_survive_a_restart_and_can_be_taken_back(event: Event) -> None:
@@ -127,6 +133,8 @@ def test_outcomes_stay_with_their_matches_if_the_timetable_changes(event: Event)
     again = changed(another, second, first, second)
     assert {number: one.words for number, one in again.outcomes.items()} == {1: "Red wins", 2: "Minnows win"}
     assert again.next == 0
+    again.keep(0, Outcome(title="Cid against Dee", words="Sharks win"))
+    assert [*again.outcomes] == [1, 2, 0], "in the order of play"
     with pytest.raises(ConfigError, match="found that of 'roboflag'"):
         changed(first, another)
 
@@ -153,10 +161,10 @@ def test_only_officials_decide(event: Event) -> None:
         assert (act(b'{"act": "hold"}'), event.held) == (200, True)
         assert (act(b'{"act": "go on"}'), event.held) == (200, False)
         assert (act(b'{"act": "begin"}'), event.begun) == (200, True)
-        assert (act(b'{"act": "again"}'), event.outcomes) == (200, {})
+        assert (act(b'{"act": "again"}'), event.again) == (200, True)
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/state", timeout=20) as answer:
             state = json.load(answer)
-        assert (state["title"], state["next"], state["page"]) == ("Open day", 0, 8080)
+        assert (state["title"], state["next"], state["page"]) == ("Open day", 1, 8080)
         assert "the-token" not in json.dumps(state)
     finally:
         site.stop()

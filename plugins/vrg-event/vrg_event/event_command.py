@@ -2,6 +2,7 @@
 
 import secrets
 import time
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -57,6 +58,8 @@ def event(
             for address in reached_at(host):
                 at = f"http://{netloc(address, port)}/"
                 console.print(f"stage      {at}\nofficials  {at}#{token}", soft_wrap=True, markup=False)
+            if found.outcomes:
+                console.print(f"{len(found.outcomes)} of {len(found.table.matches)} matches are played already")
             shown = [] if windows else ["--headless"]
             _run(found, site, stop, ["--sandbox", "--listen", netloc(host, page), *shown])
         finally:
@@ -65,36 +68,41 @@ def event(
 
 def _run(event: Event, site: EventSite, stop: Stop, options: list[str]) -> None:
     """Play the matches, until all have an outcome or it is to stop."""
-    console, ended = make_console(), time.time()
+    console, ended, first, repeated = make_console(), time.time(), True, None
     while not stop.is_set():
+        if event.again:
+            event.again = False
+            repeated = [*event.outcomes][-1]
+            event.keep(repeated, None)
         if (number := event.next) is None:
             if not stop.wait(_LOOKED):  # somebody may want the last one again
                 continue
             break
-        event.begins = event.due(number, ended)
+        event.begins = ended if number == repeated else event.due(number, ended, first=first)
         site.check()
         if event.held or not (event.begun or time.time() >= event.begins):
             stop.wait(_LOOKED)
             continue
-        event.begun, event.repeats, event.playing = False, False, number
+        event.begun, event.again, event.playing = False, False, number
         console.print(event.titles()[number], style="bold", soft_wrap=True, markup=False)
         outcome = _played(event, number, options, stop)
-        event.playing = None
         if stop.is_set():
             break  # it is played anew when the event goes on
         if outcome is None:
-            event.held = True
+            event.held, event.playing = True, None
             continue
         event.keep(number, outcome)
-        console.print(event.outcomes[number].words, soft_wrap=True, markup=False)
+        event.playing, first, repeated = None, False, None
+        if event.next is None:
+            console.print("All matches are played; Ctrl-C ends the event.")
         ended = time.time() + event.table.pause
 
 
 def _played(event: Event, number: int, options: list[str], stop: Stop) -> Outcome | None:
     """Play a match; None if it has left no result, so that the officials must decide what follows."""
     try:
-        folder = RunFolder(event.folder / f"match-{number + 1}")
-        folder.path.mkdir(parents=True, exist_ok=True)
+        folder = RunFolder(next(path for n in count(1) if not (path := event.folder / f"match-{n}").exists()))
+        folder.path.mkdir(parents=True)
         keep(event.setup(number), folder)
         run = play_file(folder.match_file, event.folder / "runs", [*options, *event.table.options], stop)
         return Outcome(title=event.titles()[number], words=run.conclusion, score=dict(run.score), run=str(run.path))

@@ -62,7 +62,6 @@ class EventSite(Site):
             event.held = act == "hold"
         elif act == "begin" and event.playing is None:
             event.begun, event.held = True, False
-        elif act == "again" and event.playing is None and event.outcomes and not event.repeats:
-            event.repeats = True  # once, however often the button is pressed
-            event.keep(max(event.outcomes), None)
+        elif act == "again" and event.playing is None and event.outcomes:
+            event.again = True
         return web.Response(text="{}", content_type="application/json")

@@ -19,7 +19,9 @@ from vrg.tables import Table, problems_of
 
 MOST: Final = 500
 """The matches of a timetable."""
-_PAST: Final = timedelta(hours=6)
+_NO_YEAR: Final = 1900
+"""The year of a time without one; see `datetime.strptime`."""
+_LONGEST_DELAY: Final = timedelta(hours=6)
 """The longest time that a match comes late. A time of the day that is longer ago is that of the next day."""
 
 
@@ -35,15 +37,17 @@ class Slot(Table):
 
     match: str
     title: str = Field("", max_length=100)
-    at: str = Field("", pattern=r"^(|(\d{4}-\d\d-\d\d )?([01]?\d|2[0-3]):[0-5]\d)$")
+    at: str = ""
     strategies: dict[str, str] = Field(default_factory=dict)
     seed: int | None = None
 
     @field_validator("at")
     @classmethod
     def _is_a_time(cls, at: str) -> str:
-        if at[5:]:
-            datetime.fromisoformat(at)
+        try:
+            _time(at or "0:00")
+        except (ValueError, OverflowError, OSError):
+            raise ValueError(f"expected a time, such as 14:30 or 2026-12-24 14:30, got {at!r}") from None
         return at
 
 
@@ -73,16 +77,19 @@ class Outcome(Struct, frozen=True, kw_only=True):
 class Event:
     """An event as it goes on; what has come out of its matches survives a restart.
 
+    Officials set `held`, `begun` and `again`, from another thread; all else is for the one that plays the matches.
+
     Args:
         table: its timetable. base: the folder of the timetable's file. folder: for what it writes.
 
     Attributes:
-        outcomes: by the number of the match, from 0. playing: the number of the one that is played; None for none.
+        outcomes: by the number of the match, from 0, in the order of play.
+        playing: the number of the one that is played; None for none.
         begins: when the next one begins, s of wall time. held: True keeps it from beginning.
-        begun: an official has it begin now. repeats: the last one is to be played again.
+        begun: an official has it begin now. again: an official has the last one played again.
 
     Raises:
-        ConfigError: what the folder has kept is that of another timetable.
+        ConfigError: what the folder has kept is that of another timetable, or cannot be read.
     """
 
     table: Timetable
@@ -93,7 +100,7 @@ class Event:
     begins: float = 0.0
     held: bool = False
     begun: bool = False
-    repeats: bool = False
+    again: bool = False
 
     def __post_init__(self) -> None:
         try:
@@ -101,7 +108,7 @@ class Event:
         except FileNotFoundError:
             return
         except (OSError, ValueError) as error:
-            raise ConfigError(f"{self._kept}: expected the outcomes of an event: {error}") from None
+            raise ConfigError(f"{self._kept}: expected the outcomes of an event: {error}: move it away") from None
         # The timetable may have been changed: more matches, or in another order.
         free = dict(enumerate(self.titles()))
         for outcome in kept:
@@ -123,16 +130,23 @@ class Event:
         """The number of the first match that has no outcome; None if all have one."""
         return next((number for number in range(len(self.table.matches)) if number not in self.outcomes), None)
 
-    def due(self, number: int, ended: float) -> float:
-        """When a match begins, s of wall time, if the pause after the one before it ends at `ended`, s of wall time."""
+    def due(self, number: int, ended: float, *, first: bool) -> float:
+        """When a match begins, s of wall time.
+
+        Args:
+            ended: when the pause after the one before it ends, s of wall time.
+            first: nothing was played since this program began: a time that is still to come today is never yesterday's.
+        """
         if not (at := self.table.matches[number].at):
             return ended
-        if at[5:]:
-            return max(ended, datetime.fromisoformat(at).timestamp())
-        hour, minute = map(int, at.split(":"))
+        time = _time(at)
+        if time.year != _NO_YEAR:
+            return max(ended, time.timestamp())
         now = datetime.fromtimestamp(ended)
-        wanted = now.replace(hour=hour, minute=minute, second=0, microsecond=0)
-        days = 1 if now - wanted > _PAST else -1 if wanted - now > timedelta(days=1) - _PAST else 0
+        wanted = now.replace(hour=time.hour, minute=time.minute, second=0, microsecond=0)
+        days = 1 if now - wanted > _LONGEST_DELAY else 0
+        if not first and wanted - now > timedelta(days=1) - _LONGEST_DELAY:
+            days = -1
         return max(ended, (wanted + timedelta(days=days)).timestamp())
 
     def keep(self, number: int, outcome: Outcome | None) -> None:
@@ -142,7 +156,7 @@ class Event:
             LaunchError: it cannot be written.
         """
         others = {n: one for n, one in self.outcomes.items() if n != number}
-        self.outcomes = others if outcome is None else dict(sorted((others | {number: outcome}).items()))
+        self.outcomes = others if outcome is None else others | {number: outcome}
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             write_whole(self._kept, msgspec.json.encode([*self.outcomes.values()]))
@@ -184,6 +198,18 @@ class Event:
             "title": self.table.title, "matches": rows, "playing": self.playing, "next": self.next,
             "begins": self.begins, "held": self.held,
         }  # fmt: skip
+
+
+def _time(at: str) -> datetime:
+    """A local time; that of no day is one of the year _NO_YEAR.
+
+    Raises:
+        ValueError, OverflowError, OSError: it is none.
+    """
+    found = datetime.strptime(at, "%Y-%m-%d %H:%M" if " " in at else "%H:%M")
+    if found.year != _NO_YEAR:
+        found.timestamp()
+    return found
 
 
 def read_timetable(path: Path) -> Timetable:

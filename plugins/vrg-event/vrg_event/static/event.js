@@ -33,12 +33,15 @@ function show() {
   const hold = byId("hold");
   hold.dataset.act = held ? "go on" : "hold";
   document.querySelector("[data-act=begin]").disabled = playing !== null || next === null;
+  document.querySelector("[data-act=again]").disabled = playing !== null || !matches.some(({ words }) => words);
+  hold.disabled = number === null;
   for (const button of document.querySelectorAll("[data-act]")) button.textContent = WORDS.acts[button.dataset.act];
   const text = JSON.stringify([matches, next]);
   if (byId("matches").dataset.of === text) return;
   byId("matches").dataset.of = text;
   byId("matches").replaceChildren(...matches.map((match, index) => {
-    const score = match.score.map(([, points]) => points).join(" : ");
+    const [first, second] = match.score;
+    const score = second ? `${first[0]} ${first[1]} : ${second[1]} ${second[0]}` : match.score.flat().join(" ");
     const row = make("tr", match.on ? "on" : index === next ? "next" : "", "", make("td", "", match.at), make("td", "", match.title));
     row.append(make("td", "", score), make("td", "", match.words));
     return row;
