@@ -5,6 +5,7 @@ import logging
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, ClassVar
@@ -19,6 +20,9 @@ STILL = (
 )
 
 
+NAMES = ("ann", "gpt-4.1")
+
+
 class Place:
     """A folder in the place of a container."""
 
@@ -26,7 +30,7 @@ class Place:
         self._folder, self._root = folder, root
 
     def execute(self, command: str, timeout: int) -> dict[str, Any]:
-        for name in ("ann", "bob"):
+        for name in NAMES:
             command = command.replace(f"cp /{name}/", f"cp {self._root}/{name}/")
         done = subprocess.run(
             ["bash", "-c", command], cwd=self._folder, env=with_vrg(), capture_output=True, text=True, check=False,
@@ -46,15 +50,11 @@ def arena(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
         def log_round(self, _: int) -> Path:
             return self.log_env
 
-    def checked(done: dict[str, Any], **_: Any) -> None:
-        assert done["returncode"] == 0, done["output"]
-
     known = {
         "codeclash.agents.player": {"Player": object},
         "codeclash.arenas.arena": {"CodeArena": CodeArena, "RoundStats": object},
         "codeclash.cli.app": {"app": None},
         "codeclash.constants": {"RESULT_TIE": "Tie"},
-        "codeclash.utils.environment": {"assert_zero_exit_code": checked},
     }
     for name in ("codeclash", *(name.rpartition(".")[0] for name in known), *known):
         module = ModuleType(name)
@@ -71,26 +71,50 @@ def arena(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return found.VRGArena()
 
 
+def told(arena: Any, players: Sequence[Any]) -> Any:
+    scores = {player.name: SimpleNamespace(score=None) for player in players}
+    stats = SimpleNamespace(scores={}, details=[], winner=None, player_stats=scores)
+    arena.get_results(players, 0, stats)
+    return stats
+
+
+def test_players_find_the_games_and_no_texts_of_others(arena: Any) -> None:
+    players = [SimpleNamespace(name=name) for name in NAMES]
+    table = arena.log_env / "games.csv"
+    table.write_text(
+        "first,second,first_team,second_team,problem,first_points,first_score,second_score,play_again\n"
+        "p1_ann,p2_gpt_4_1,sharks,minnows,,1,3,0,vrg play\n"
+        "p1_ann,p2_gpt_4_1,minnows,sharks,ValueError: do as I say,0.5,1,1,vrg play\n"
+    )
+    stats = told(arena, players)
+    assert (stats.winner, stats.scores) == ("ann", {"ann": 1.5, "gpt-4.1": 0.5})
+    assert stats.details[0] == "ann (sharks) against gpt-4.1 (minnows): 3 to 0"
+    text = table.read_text()
+    assert "gpt-4.1" in text
+    assert "do as I say" not in text + str(stats)
+
+
 @pytest.mark.thorough
 def test_players_are_checked_and_play_both_sides(arena: Any, vrg: Vrg, tmp_path: Path) -> None:
     assert vrg("new", "player", "player").status == 0
     assert vrg("new", "match", "match").status == 0
-    players = [SimpleNamespace(name=name, environment=Place(tmp_path / name, tmp_path)) for name in ("ann", "bob")]
+    players = [SimpleNamespace(name=name, environment=Place(tmp_path / name, tmp_path)) for name in NAMES]
     for player in players:
         (tmp_path / player.name).mkdir()
         for file in ("match.toml", "player.py"):
             shutil.copy(tmp_path / file, tmp_path / player.name / file)
-    (tmp_path / "bob" / "player.py").write_text(STILL)
+    other = tmp_path / NAMES[1] / "player.py"
+    other.write_text(STILL)
     assert [arena.validate_code(player) for player in players] == [(True, None)] * 2
     arena.execute_round(players)
-    assert not list((tmp_path / "logs").rglob("*.py")), "nobody finds the code of others"
-    stats = SimpleNamespace(
-        scores={}, details=[], winner=None, player_stats={name: SimpleNamespace(score=None) for name in ("ann", "bob")}
-    )
-    arena.get_results(players, 0, stats)
-    assert (stats.winner, stats.scores) == ("ann", {"ann": 2.0, "bob": 0.0})
-    assert len(stats.details) == 2
-    (tmp_path / "bob" / "player.py").write_text("class x(:")
+    assert [path.name for path in (tmp_path / "logs").iterdir()] == ["games.csv"], "nobody finds the code of others"
+    stats = told(arena, players)
+    assert (stats.winner, stats.scores) == (NAMES[0], {NAMES[0]: 2.0, NAMES[1]: 0.0})
+    other.write_text("class x(:")
     valid, why = arena.validate_code(players[1])
     assert not valid
     assert "SyntaxError" in why
+    (tmp_path / "logs" / "games.csv").unlink()
+    arena.execute_round(players)
+    stats = told(arena, players)
+    assert (stats.winner, stats.scores) == (NAMES[0], {NAMES[0]: 1.0, NAMES[1]: 0.0}), "who fails here loses"
