@@ -3,7 +3,7 @@
 set -euo pipefail
 here=$(dirname "$0") place=${VRG_ARENA:-build/arena}
 mkdir -p "$place"
-vrg league play "$place" --match "$here/match.toml" --games 1
+vrg league play "$place" --match "$here/match.toml" --games 1 > /dev/null  # the first time, it makes the league
 for round in $(seq "${1:-5}"); do
     echo "round $round"
     vrg league improve "$place" "$here/authors.toml"

@@ -162,6 +162,7 @@ def improve(
             turns.append(write_version(name, author, authors.parent, folder, place, about, stop.wait))
             note(place, turns[-1])
     show(console, table_of(turns))
+    console.print(f"what they have printed: {place / 'turns.jsonl'}", soft_wrap=True, markup=False)
 
 
 @app.command()

@@ -27,6 +27,7 @@ from vrg.launch.sandbox.player import entries_of, libraries
 from vrg.launch.sandbox.policy import Access, Policy, files
 from vrg.runs.run_folder import delete
 from vrg.tables import Table, problems_of
+from vrg.toml_text import without
 from vrg.types import printable
 from vrg_league.folder import write_record, writing
 from vrg_league.games import OUTCOMES, GameRecord
@@ -129,7 +130,7 @@ def report(league: League, entry: str, *, publish: bool) -> dict[str, Any]:
     games = [(number, row) for number, row in enumerate(league.rows, 1) if own & {*row.game.pairing.labels}]
     errors = folder.errors / f"{entry}.txt"
     found: dict[str, Any] = {
-        "entry": entry, "game": folder.definition.game, "match": folder.definition.match,
+        "entry": entry, "game": folder.definition.game, "match": without(folder.definition.match, ("secret",)),
         "table": [
             {"entry": versions[one.label].entry, "version": versions[one.label].number, "rating": round(one.value)}
             for one in league.table
@@ -263,8 +264,8 @@ def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Calla
             while process.poll() is None and not why:
                 if stopped(_LOOK_INTERVAL):
                     why = "it was broken off"
-                elif _memory(process.pid) > author.memory:
-                    why = f"it used more than {author.memory} MB"
+                elif (used := _memory(process.pid))[0] > author.memory:
+                    why = f"it used more than {author.memory} MB, in {used[1]} programs"
                 elif time.monotonic() > until:
                     why = f"it took longer than {author.seconds:g} s"
         finally:
@@ -284,13 +285,13 @@ def _place(base: Path, word: str) -> Path | None:
         return None
 
 
-def _memory(pid: int) -> float:
-    """The memory that a process uses with all that it has started, MB; each has its share of what several use."""
+def _memory(pid: int) -> tuple[float, int]:
+    """The memory that all use that a process has started, MB, and their number; what several share counts once."""
     try:
         found = psutil.Process(pid).children(recursive=True)
     except psutil.Error:
-        return 0.0  # it has ended
-    return sum(map(_share, found)) / 1e6
+        return 0.0, 0  # it has ended
+    return sum(map(_share, found)) / 1e6, len(found)
 
 
 def _share(process: psutil.Process) -> int:
@@ -305,5 +306,7 @@ def _share(process: psutil.Process) -> int:
 
 
 def table_of(turns: Sequence[Turn]) -> list[list[str]]:
-    """The turns as a table of texts."""
-    return [["author", "seconds", "outcome"], *([one.author, f"{one.seconds:.1f}", one.outcome] for one in turns)]
+    """The turns as a table of texts, with the last line that each author has printed."""
+    last = [(one.said.strip().splitlines() or [""])[-1] for one in turns]
+    rows = [[one.author, f"{one.seconds:.1f}", one.outcome, text[:80]] for one, text in zip(turns, last, strict=True)]
+    return [["author", "seconds", "outcome", "its last line"], *rows]
