@@ -273,7 +273,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
         try:
             answer = work(server, **task)
         except VrgError as error:
-            answer = {"problem": str(error)}
+            answer = {"problem": str(error).replace(f"{Path(task['runs']).parent}/", "")}
         finally:
             server.close()
         stream.write(json.dumps(answer, default=str).encode() + b"\n")
