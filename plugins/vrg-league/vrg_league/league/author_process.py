@@ -78,7 +78,7 @@ def main(arguments: Sequence[str]) -> int:
         arguments: a policy, see `packed`, and the command.
 
     Returns:
-        the status of the command, as `subprocess` has it.
+        the status of the command; 128 and the signal that has ended it, as shells have it.
     """
     if (why := lacking()) is not None:
         sys.exit(why)
@@ -104,7 +104,8 @@ def main(arguments: Sequence[str]) -> int:
         except ChildProcessError:
             return status
         if ended == child:
-            status = os.waitstatus_to_exitcode(how)
+            code = os.waitstatus_to_exitcode(how)
+            status = code if code >= 0 else 128 - code
             _end_all()
 
 
