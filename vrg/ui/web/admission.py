@@ -76,16 +76,10 @@ class Admission:
         """The role that a token admits to; None for a wrong one. An empty token is a viewer's."""
         if not token:
             return VIEWER
-        found = None
-        roles = [
-            (OFFICIAL, self.official),
-            *((VisitorRole(VisitorKind.SEAT, name), its) for name, its in self.seats.items()),
-        ]
+        seats = [(VisitorRole(VisitorKind.SEAT, name), own) for name, own in self.seats.items()]
         # All are compared, so that the time tells nothing about which of them it resembles.
-        for role, own in roles:
-            if is_token(token, own):
-                found = role
-        return found
+        found = [role for role, own in ((OFFICIAL, self.official), *seats) if is_token(token, own)]
+        return found[-1] if found else None
 
     def links(self, address: str) -> list[tuple[VisitorRole, str]]:
         """The links to hand out, the viewers' first.
