@@ -394,6 +394,13 @@ def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_fo
     assert early.decide(m.OfficialAction.RESUME).halted is None
 
 
+def test_a_physical_robot_that_starts_is_not_yet_missed(early: Table) -> None:
+    early.silent, early.ages = {"m1"}, {"m1": 0.6}
+    assert early.ticks(3).waiting == ("starting: m1 (4 of 5 players are ready)",)
+    early.silent = set()
+    assert early.ticks(3).waiting == ("m1: it has not been located for 0.5 s",)
+
+
 @pytest.mark.parametrize(("physical", "longest"), [(False, 2.0), (True, 0.5)])
 def test_a_match_without_new_poses_is_halted_and_not_resumed(early: Table, physical: bool, longest: float) -> None:
     if physical:

@@ -93,7 +93,7 @@ class Attendance:
         if starting:
             ready = f"{len(self._names) - len(starting)} of {len(self._names)} players are ready"
             passing.insert(0, f"starting: {few(starting)} ({ready})")
-        passing += [_lost(name) for name in self.lost if name not in out]
+        passing += [_lost(name) for name in self.lost if name not in out and name not in starting]
         return reasons, passing
 
     def listen(self, tick: Tick, dt: float) -> None:
