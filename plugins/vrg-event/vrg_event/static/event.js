@@ -16,16 +16,18 @@ let state = null, offset = 0;
 
 function show() {
   const { title, matches, playing, next, begins, held } = state, number = playing ?? next;
+  const name = number === null ? "" : matches[number].title;
   say("title", title);
   document.title = title;
+  say("who", name);
   say("what", playing !== null ? WORDS.on : next === null ? WORDS.over : WORDS.next);
-  say("who", number === null ? "" : matches[number].title);
   const left = Math.ceil(begins - (Date.now() / 1000 - offset)), two = (count) => String(count).padStart(2, "0");
   const hours = Math.floor(left / 3600), minutes = Math.floor(left / 60) % 60, seconds = two(left % 60);
   const counts = playing === null && next !== null && !held;
   say("countdown", !counts ? "" : left <= 0 ? WORDS.soon : hours ? `${hours}:${two(minutes)}:${seconds}` : `${minutes}:${seconds}`);
   say("status", held ? WORDS.held : "");
-  const watch = byId("watch"), query = new URLSearchParams({ view: "projector", next: here, ...(turn && { turn }) });
+  const watch = byId("watch");
+  const query = new URLSearchParams({ view: "projector", next: here, name, ...(turn && { turn }) });
   watch.hidden = playing === null;
   watch.textContent = WORDS.watch;
   watch.href = `${location.protocol}//${location.hostname}:${state.page}/?${query}`;

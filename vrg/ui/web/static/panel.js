@@ -22,7 +22,10 @@ export function say(id, text) {
 export class Panel {
   constructor() {
     this.shown = {};
-    document.body.dataset.view = new URLSearchParams(location.search).get("view") ?? "";
+    const query = new URLSearchParams(location.search);
+    document.body.dataset.view = query.get("view") ?? "";
+    /** What the match is called here, in place of its game. */
+    this.name = query.get("name");
     for (const id of ["halt", "resume", "recover", "end", "release", "fast", "plans"]) say(id, WORDS[id]);
     say("give-back", WORDS.giveBack);
     for (const button of document.querySelectorAll(".estop")) button.textContent = WORDS.estop;
@@ -35,7 +38,7 @@ export class Panel {
   show(match) {
     this.when("colours", match.colours, () => paint(match.colours));
     const { state } = match;
-    say("title", state?.title || WORDS.waiting);
+    say("title", (state?.title && this.name) || state?.title || WORDS.waiting);
     say("about", state?.about ?? "");
     say("count", state?.count ?? "");
     say("reason", state?.reason ?? "");
