@@ -280,7 +280,7 @@ BUDGETS = {
     "recording": 1_140,
     "playing": 1_050,  # with the bound of match time, the seal of files alone, and where code hangs
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
-    "launch/sandbox": 830,  # with the bounds of students' code in a process that it shares, and where plug-ins lie
+    "launch/sandbox": 840,  # with the bounds of students' code in a shared process, where plug-ins lie, and signals
     "navigation": 400,
     "seats": 850,
     "templates": 10,

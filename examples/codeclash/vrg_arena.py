@@ -62,15 +62,15 @@ The logs of each round have `games.csv`: each game, with the referee's calls by 
         sealing = "" if self._setting("sandbox") else " --no-sandbox"
         return f"--match {shlex.quote(self._setting('match'))}{sealing}"
 
-    def _checked(self, environment: Any, file: str) -> tuple[bool, str | None]:
-        done = environment.execute(
-            f"vrg league check {file} --match {shlex.quote(self._setting('match'))}", timeout=self._setting("timeout")
-        )
-        return (True, None) if done["returncode"] == 0 else (False, done["output"])
-
     def validate_code(self, agent: Player) -> tuple[bool, str | None]:
         """Let it play alone, and a game of each side."""
-        return self._checked(agent.environment, self.submission)
+        command = f"vrg league check {self.submission} --match {shlex.quote(self._setting('match'))}"
+        done = agent.environment.execute(command, timeout=self._setting("timeout"))
+        if done["returncode"] == 0:
+            return True, None
+        # What its code has raised is in there, and all players find what is returned here.
+        self.logger.warning(done["output"])
+        return False, f"it cannot play: `{command}` tells why"
 
     def execute_round(self, agents: list[Player]) -> None:
         """Let each play against each other, as often as `sims_per_round` says, on both sides."""
@@ -91,11 +91,13 @@ The logs of each round have `games.csv`: each game, with the referee's calls by 
         done = self.environment.execute(command, timeout=self._setting("timeout"))
         self._able = ()
         if done["returncode"] != 0:
-            # Somebody plays in its own container and not here. The others win.
+            # Somebody plays in its own container and not here: the others win.
+            lines = done["output"].splitlines()
+            failing = {name for name, label in known.items() if any(line.startswith(f"{label}: ") for line in lines)}
+            if not failing or failing == known.keys():
+                raise RuntimeError(done["output"])
             self.logger.error(done["output"])
-            self._able = tuple(
-                name for name, label in known.items() if self._checked(self.environment, f"{PLACE}/{label}.py")[0]
-            )
+            self._able = tuple(known.keys() - failing)
 
     def get_results(self, agents: list[Player], round_num: int, stats: RoundStats) -> None:
         """The points of all games: 1 for a win, and a half for a draw."""
@@ -121,9 +123,12 @@ def _published(table: Path, names: dict[str, str]) -> list[dict[str, str]]:
     if not table.exists():
         return []
     with table.open(encoding="utf-8", newline="") as file:
-        games = [{key: names.get(text, text) for key, text in game.items()} for game in csv.DictReader(file)]
+        reader = csv.DictReader(file)
+        games = [{key: names.get(text, text) for key, text in game.items()} for game in reader]
     with table.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [key for key in games[0] if key not in _PRIVATE], extrasaction="ignore")
+        writer = csv.DictWriter(
+            file, [key for key in reader.fieldnames or () if key not in _PRIVATE], extrasaction="ignore"
+        )
         writer.writeheader()
         writer.writerows(games)
     return games

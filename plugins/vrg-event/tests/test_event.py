@@ -82,6 +82,7 @@ def test_a_match_has_the_strategies_and_the_seed_of_its_slot(event: Event) -> No
 def test_a_match_begins_after_the_pause_and_not_before_its_time(event: Event) -> None:
     noon = datetime(2026, 11, 28, 12, 0).timestamp()
     assert event.due(0, noon, first=True) == noon
+    assert not event.played_lately(noon)
     assert event.due(1, noon, first=True) == datetime(2026, 11, 28, 23, 59).timestamp()
     late = datetime(2026, 11, 28, 23, 59, 30).timestamp()
     assert event.due(1, late, first=True) == late
@@ -135,6 +136,16 @@ def test_outcomes_stay_with_their_matches_if_the_timetable_changes(event: Event)
     assert again.next == 0
     again.keep(0, Outcome(title="Cid against Dee", words="Sharks win"))
     assert [*again.outcomes] == [1, 2, 0], "in the order of play"
+    for _ in range(2):
+        again.repeat()  # once, however often somebody wants it
+        assert ([*again.outcomes], again.next, again.state()["repeats"]) == ([1, 2], 0, True)
+    again.repeated = None
+    again.keep(1, None)
+    again.repeat()
+    assert again.next == 2, "the last one, also where an earlier one of the timetable is still to be played"
+    assert again.played_lately(time.time())
+    assert not again.played_lately(time.time() + 30_000.0)
+    again.keep(1, Outcome(title="roboflag", words="Red wins"))
     with pytest.raises(ConfigError, match="found that of 'roboflag'"):
         changed(first, another)
 

@@ -68,22 +68,24 @@ def event(
 
 def _run(event: Event, site: EventSite, stop: Stop, options: list[str]) -> None:
     """Play the matches, until all have an outcome or it is to stop."""
-    console, ended, first, repeated = make_console(), time.time(), True, None
+    console, ended, over = make_console(), time.time(), False
     while not stop.is_set():
         if event.again:
             event.again = False
-            repeated = [*event.outcomes][-1]
-            event.keep(repeated, None)
+            event.repeat()
         if (number := event.next) is None:
-            if not stop.wait(_LOOKED):  # somebody may want the last one again
-                continue
-            break
-        event.begins = ended if number == repeated else event.due(number, ended, first=first)
+            if not over:
+                console.print("All matches are played; Ctrl-C ends the event.")
+            over = True
+            stop.wait(_LOOKED)  # somebody may want the last one again
+            continue
+        lately = event.played_lately(time.time())
+        event.begins = ended if number == event.repeated else event.due(number, ended, first=not lately)
         site.check()
         if event.held or not (event.begun or time.time() >= event.begins):
             stop.wait(_LOOKED)
             continue
-        event.begun, event.again, event.playing = False, False, number
+        event.begun, event.again, event.playing, over = False, False, number, False
         console.print(event.titles()[number], style="bold", soft_wrap=True, markup=False)
         outcome = _played(event, number, options, stop)
         if stop.is_set():
@@ -92,16 +94,15 @@ def _run(event: Event, site: EventSite, stop: Stop, options: list[str]) -> None:
             event.held, event.playing = True, None
             continue
         event.keep(number, outcome)
-        event.playing, first, repeated = None, False, None
-        if event.next is None:
-            console.print("All matches are played; Ctrl-C ends the event.")
+        event.playing = event.repeated = None
         ended = time.time() + event.table.pause
 
 
 def _played(event: Event, number: int, options: list[str], stop: Stop) -> Outcome | None:
     """Play a match; None if it has left no result, so that the officials must decide what follows."""
     try:
-        folder = RunFolder(next(path for n in count(1) if not (path := event.folder / f"match-{n}").exists()))
+        names = (f"match-{number + 1}" if n == 1 else f"match-{number + 1}-{n}" for n in count(1))
+        folder = RunFolder(next(path for name in names if not (path := event.folder / name).exists()))
         folder.path.mkdir(parents=True)
         keep(event.setup(number), folder)
         run = play_file(folder.match_file, event.folder / "runs", [*options, *event.table.options], stop)

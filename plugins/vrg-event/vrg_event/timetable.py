@@ -1,5 +1,6 @@
 """The timetable of an event: matches on one field, one after the other, and what has come out of them."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
@@ -19,8 +20,8 @@ from vrg.tables import Table, problems_of
 
 MOST: Final = 500
 """The matches of a timetable."""
-_NO_YEAR: Final = 1900
-"""The year of a time without one; see `datetime.strptime`."""
+_DAY: Final = "-"
+"""What a time has that names its day."""
 _LONGEST_DELAY: Final = timedelta(hours=6)
 """The longest time that a match comes late. A time of the day that is longer ago is that of the next day."""
 
@@ -45,6 +46,8 @@ class Slot(Table):
     @classmethod
     def _is_a_time(cls, at: str) -> str:
         try:
+            if at and re.fullmatch(r"(\d{4}-\d\d-\d\d )?([01]?\d|2[0-3]):[0-5]\d", at) is None:
+                raise ValueError
             _time(at or "0:00")
         except (ValueError, OverflowError, OSError):
             raise ValueError(f"expected a time, such as 14:30 or 2026-12-24 14:30, got {at!r}") from None
@@ -87,6 +90,7 @@ class Event:
         playing: the number of the one that is played; None for none.
         begins: when the next one begins, s of wall time. held: True keeps it from beginning.
         begun: an official has it begin now. again: an official has the last one played again.
+        repeated: the number of the one that is to be played again; None for none.
 
     Raises:
         ConfigError: what the folder has kept is that of another timetable, or cannot be read.
@@ -101,6 +105,7 @@ class Event:
     held: bool = False
     begun: bool = False
     again: bool = False
+    repeated: int | None = None
 
     def __post_init__(self) -> None:
         try:
@@ -127,20 +132,39 @@ class Event:
 
     @property
     def next(self) -> int | None:
-        """The number of the first match that has no outcome; None if all have one."""
+        """The number of the match to be played again, or else of the first without an outcome; None for none."""
+        if self.repeated is not None:
+            return self.repeated
         return next((number for number in range(len(self.table.matches)) if number not in self.outcomes), None)
+
+    def repeat(self) -> None:
+        """Take back the outcome of the match that was played last, and play it next.
+
+        Raises:
+            LaunchError: it cannot be written.
+        """
+        if self.repeated is None and self.outcomes:
+            self.repeated = [*self.outcomes][-1]
+            self.keep(self.repeated, None)
+
+    def played_lately(self, now: float) -> bool:
+        """True if a match has ended within the longest delay before `now`, s of wall time."""
+        try:
+            return now - self._kept.stat().st_mtime < _LONGEST_DELAY.total_seconds()
+        except OSError:
+            return False
 
     def due(self, number: int, ended: float, *, first: bool) -> float:
         """When a match begins, s of wall time.
 
         Args:
             ended: when the pause after the one before it ends, s of wall time.
-            first: nothing was played since this program began: a time that is still to come today is never yesterday's.
+            first: nothing was played lately: a time that is still to come today is never yesterday's.
         """
         if not (at := self.table.matches[number].at):
             return ended
         time = _time(at)
-        if time.year != _NO_YEAR:
+        if _DAY in at:
             return max(ended, time.timestamp())
         now = datetime.fromtimestamp(ended)
         wanted = now.replace(hour=time.hour, minute=time.minute, second=0, microsecond=0)
@@ -196,18 +220,18 @@ class Event:
         ]  # fmt: skip
         return {
             "title": self.table.title, "matches": rows, "playing": self.playing, "next": self.next,
-            "begins": self.begins, "held": self.held,
+            "begins": self.begins, "held": self.held, "repeats": self.repeated is not None,
         }  # fmt: skip
 
 
 def _time(at: str) -> datetime:
-    """A local time; that of no day is one of the year _NO_YEAR.
+    """A local time; that of no day is one of the first day of 1900.
 
     Raises:
         ValueError, OverflowError, OSError: it is none.
     """
-    found = datetime.strptime(at, "%Y-%m-%d %H:%M" if " " in at else "%H:%M")
-    if found.year != _NO_YEAR:
+    found = datetime.strptime(at, "%Y-%m-%d %H:%M" if _DAY in at else "%H:%M")
+    if _DAY in at:
         found.timestamp()
     return found
 

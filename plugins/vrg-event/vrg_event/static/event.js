@@ -35,7 +35,7 @@ function show() {
   const hold = byId("hold");
   hold.dataset.act = held ? "go on" : "hold";
   document.querySelector("[data-act=begin]").disabled = playing !== null || next === null;
-  document.querySelector("[data-act=again]").disabled = playing !== null || !matches.some(({ words }) => words);
+  document.querySelector("[data-act=again]").disabled = playing !== null || state.repeats || !matches.some(({ words }) => words);
   hold.disabled = number === null;
   for (const button of document.querySelectorAll("[data-act]")) button.textContent = WORDS.acts[button.dataset.act];
   const text = JSON.stringify([matches, next]);

@@ -112,8 +112,7 @@ def test_players_are_checked_and_play_both_sides(arena: Any, vrg: Vrg, tmp_path:
     assert (stats.winner, stats.scores) == (NAMES[0], {NAMES[0]: 2.0, NAMES[1]: 0.0})
     other.write_text("class x(:")
     valid, why = arena.validate_code(players[1])
-    assert not valid
-    assert "SyntaxError" in why
+    assert (valid, why) == (False, "it cannot play: `vrg league check player.py --match match.toml` tells why")
     (tmp_path / "logs" / "games.csv").unlink()
     arena.execute_round(players)
     stats = told(arena, players)

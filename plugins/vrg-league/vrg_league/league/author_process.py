@@ -1,7 +1,7 @@
 """The process of an author that is a program: it gives up what the policy does not allow, and runs the program.
 
-It stays as the program's parent, to end all that the program has started: its signals reach what is sealed within it,
-and nothing else.
+It stays as the program's parent, to end all that the program has started: its signals reach these alone. The program
+is sealed within, so that its own do not reach its parent.
 """
 
 import contextlib
@@ -13,7 +13,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, NoReturn
 
 import msgspec
 import psutil
@@ -37,6 +37,7 @@ _NAMESPACES: Final = 0x7E020080
 """All CLONE_NEW* of clone(2): in a namespace of its own a program has capabilities again."""
 _PARENT_DEATH_SIGNAL, _SUBREAPER = 1, 36
 """PR_SET_PDEATHSIG and PR_SET_CHILD_SUBREAPER of prctl(2)."""
+_SIGNALS: Final = frozenset((signal.SIGTERM, signal.SIGCHLD))
 _Packed = tuple[list[tuple[str, int]], list[int], int]
 
 
@@ -70,67 +71,84 @@ def packed(policy: Policy) -> str:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Seal this process, run a command in it, and end what it has left behind.
+    """Run a command that is sealed, and end what it has left behind.
 
     Unlike a strategy it may start programs. SIGTERM, or the end of this process' parent, ends them all.
 
     Args:
-        arguments: a policy, see `packed`, and the command.
+        arguments: the number of the parent's process, a policy, see `packed`, and the command.
 
     Returns:
         the status of the command; 128 and the signal that has ended it, as shells have it.
     """
     if (why := lacking()) is not None:
         sys.exit(why)
+    # They wait until they are looked for: none is lost, and none ends anything before the signals are kept within.
+    signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
     library = ctypes.CDLL(None)
     library.prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
+    if os.getppid() != int(arguments[0]):
+        return 1
     library.prctl(_SUBREAPER, 1, 0, 0, 0)
-    files, ports, memory = msgspec.json.decode(arguments[0], type=_Packed)
-    allowed = [(Path(path), Access(value)) for path, value in files]
-    _bound(memory)
+    files, ports, memory = msgspec.json.decode(arguments[1], type=_Packed)
+    threads = _threads_of_user() + THREADS
     drop_capabilities()
-    landlock.restrict(allowed, ports)
-    signal.signal(signal.SIGTERM, lambda *_: _end_all())  # only now: before, it would end all programs of the user
-    filter_calls(refused())
+    landlock.keep_signals_within()
     child = os.fork()
     if child == 0:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        landlock.restrict(allowed, ports)  # so that it cannot end its parent
-        _become(arguments[1:])
+        _bound(memory, threads)
+        landlock.restrict([(Path(path), Access(value)) for path, value in files], ports)
+        filter_calls(refused())
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
+        _become(arguments[2:])
+    try:
+        return _status_of(child)
+    finally:
+        _end_all()
+
+
+def _status_of(child: int) -> int:
+    """The status of a child, when it and all that it has started have ended. SIGTERM ends them."""
     status = 0
     while True:
+        if signal.sigwait(_SIGNALS) == signal.SIGTERM:
+            _end_all()
         try:
-            ended, how = os.wait()
+            while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+                if ended[0] == child:
+                    code = os.waitstatus_to_exitcode(ended[1])
+                    status = code if code >= 0 else 128 - code
+                    _end_all()
         except ChildProcessError:
             return status
-        if ended == child:
-            code = os.waitstatus_to_exitcode(how)
-            status = code if code >= 0 else 128 - code
-            _end_all()
 
 
 def _end_all() -> None:
-    """End all that is sealed within this process; the kernel lets nobody of it start another one meanwhile."""
+    """End all that this process has started; the kernel lets nobody of it start another one meanwhile."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.kill(-1, signal.SIGKILL)
 
 
-def _become(command: Sequence[str]) -> None:
+def _become(command: Sequence[str]) -> NoReturn:
     try:
         os.execvp(command[0], list(command))
     except OSError as error:
         sys.stderr.write(f"{command[0]}: cannot be run: {error.strerror}\n")
         sys.stderr.flush()
-        os._exit(127)
+    os._exit(127)
 
 
-def _bound(memory: int) -> None:
-    """Bound the resources; `memory` is that of each program, MB."""
+def _bound(memory: int, threads: int) -> None:
+    """Bound the resources.
+
+    Args:
+        memory: that of each program, MB. threads: the number of all threads of the user.
+    """
     limits = {
         resource.RLIMIT_DATA: memory * 1_000_000, resource.RLIMIT_FSIZE: FILE_SIZE,
         resource.RLIMIT_NOFILE: OPEN_FILES, resource.RLIMIT_CORE: 0,
         # The kernel counts those of the user, and lets root have any number.
-        resource.RLIMIT_NPROC: _threads_of_user() + THREADS,
+        resource.RLIMIT_NPROC: threads,
     }  # fmt: skip
     for limit, value in limits.items():
         most = resource.getrlimit(limit)[1]

@@ -227,9 +227,11 @@ def note(place: Path, turn: Turn) -> None:
 
 def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Callable[[float], bool]) -> tuple[str, str]:
     """Run the command of an author; why it failed, empty if it did not; and the end of what it has printed."""
-    places = [_place(base, word) for word in author.command]
+    places = [_place(base, word, folders=False) for word in author.command]
     command = [word if place is None else str(place) for word, place in zip(author.command, places, strict=True)]
-    reads = [place for place in (*places, *(_place(base, name) for name in author.reads)) if place is not None]
+    reads = [
+        place for place in (*places, *(_place(base, name, folders=True) for name in author.reads)) if place is not None
+    ]
     # What is imported from where the command was typed is no library.
     known = [library for library in libraries() if library != Path.cwd()]
     hidden = [entries.resolve(), folder.parents[1], base.resolve()]
@@ -255,7 +257,10 @@ def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Calla
     own |= {"HOME": str(folder), "TMPDIR": str(folder), "RES_OPTIONS": "use-vc"}
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
-            [sys.executable, "-I", "-m", author_process.__name__, author_process.packed(policy), *command],
+            [
+                sys.executable, "-I", "-m", author_process.__name__, str(os.getpid()), author_process.packed(policy),
+                *command,
+            ],
             cwd=folder, env=own, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,
             start_new_session=True,
         )  # fmt: skip
@@ -269,18 +274,24 @@ def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Calla
                 elif time.monotonic() > until:
                     why = f"it took longer than {author.seconds:g} s"
         finally:
-            process.terminate()
-            status = process.wait()
+            while process.poll() is None:
+                process.terminate()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(_LOOK_INTERVAL)
         said.seek(max(0, said.seek(0, os.SEEK_END) - _SAID))
         words = printable(said.read(_SAID).decode("utf-8", "replace"), lines=True)
-    return why or ("" if status == 0 else f"its command has ended with status {status}"), words
+    return why or ("" if process.returncode == 0 else f"its command has ended with status {process.returncode}"), words
 
 
-def _place(base: Path, word: str) -> Path | None:
-    """The file or the folder that a word names, beside the table's file or by a whole path; None if it names none."""
+def _place(base: Path, word: str, *, folders: bool) -> Path | None:
+    """The file that a word names, beside the table's file or by a whole path; None if it names none.
+
+    Args:
+        folders: True also takes folders, and `~`, which a program may have its own use for.
+    """
     try:
-        found = (base / Path(word).expanduser()).resolve()
-        return found if found.exists() else None
+        found = (base / (Path(word).expanduser() if folders else word)).resolve()
+        return found if found.is_file() or (folders and found.is_dir()) else None
     except (OSError, ValueError, RuntimeError):
         return None
 
