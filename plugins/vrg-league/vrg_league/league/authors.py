@@ -68,7 +68,7 @@ class Author(Table):
     ports: tuple[Annotated[int, Field(ge=1, le=65535)], ...] = ()
     variables: tuple[_Word, ...] = ()
     seconds: float = Field(120.0, gt=0.0, le=3600.0)
-    memory: int = Field(2000, gt=0, le=1_000_000)
+    memory: int = Field(2000, ge=50, le=1_000_000)
 
 
 class Authors(Table):
