@@ -42,13 +42,12 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
     # Its statistics are written to a file that is there already, so that it can make no others beside it.
     statistics = run.logs.resolve() / f"{name}.json"
     keys = base / "keys" if seat is None else seat.parent
-    # The runs beside this one have the code of all players, too. What has a library in it is not readable as such.
+    # The runs beside this one have the code of all players, too.
     hidden = theirs | {run.path, run.path.parent, keys, base / "keys", Path(setup.origin)}
-    known = libraries()
     allowed = files(
         own=own,
-        libraries=known,
-        hidden={path for path in map(Path.resolve, hidden) if not any(lib.is_relative_to(path) for lib in known)},
+        libraries=libraries(),
+        hidden={path.resolve() for path in hidden},
         folder=folder,
         written=[statistics],
         entries=entries_of,

@@ -88,7 +88,7 @@ def files(
 
     Args:
         own: its strategy, and the files and packages that it needs. libraries: the folders of Python and its packages.
-        hidden: what is in these folders and not for its eyes.
+        hidden: what is in these folders and not for its eyes. One with a library in it is readable all the same.
         folder: its own folder. written: files that it may write, and that exist.
         entries: as for `readable`.
     """
@@ -98,7 +98,8 @@ def files(
     # Python looks for modules in a list of a folder's files.
     folders = [path.parent for path in own] if len(own) > 1 else []
     found += [(path, Access.LIST) for path in (*libraries, *folders)]
-    found += [(path, Access.READ) for root in libraries for path in readable(root, hidden, entries)]
+    secret = [path for path in hidden if not any(library.is_relative_to(path) for library in libraries)]
+    found += [(path, Access.READ) for root in libraries for path in readable(root, secret, entries)]
     found += [(path, Access.READ) for path in own]
     found += [(folder, Access.READ | Access.WRITE | Access.MAKE)]
     found += [(path, Access.READ | Access.WRITE) for path in written]

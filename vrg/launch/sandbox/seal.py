@@ -9,7 +9,7 @@ import os
 import platform
 import struct
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vrg.errors import SandboxError
@@ -117,24 +117,30 @@ def _use_folder(folder: Path) -> None:
 
 def _bound(policy: Policy) -> None:
     """Bound its resources. These bounds cannot be raised again: capabilities are dropped afterwards."""
-    own = resource.getrlimit(resource.RLIMIT_DATA)[1]
-    memory = (policy.memory + OWN_MEMORY) * 1_000_000
-    limits = {
-        resource.RLIMIT_DATA: memory if own == resource.RLIM_INFINITY else min(memory, own),
-        resource.RLIMIT_STACK: min(STACK, resource.getrlimit(resource.RLIMIT_STACK)[1] % (1 << 64)),
-        resource.RLIMIT_FSIZE: FILE_SIZE,
-        resource.RLIMIT_NOFILE: min(OPEN_FILES, resource.getrlimit(resource.RLIMIT_NOFILE)[1]),
-        resource.RLIMIT_CORE: 0,
-    }
-    for limit, value in limits.items():
-        resource.setrlimit(limit, (value, value))
+    lower_limits(policy.memory + OWN_MEMORY, {resource.RLIMIT_STACK: STACK})
     if policy.core is not None:
         cores = sorted(os.sched_getaffinity(0))
         os.sched_setaffinity(0, {cores[policy.core % len(cores)]})
-        _step_back()
+        step_back()
 
 
-def _step_back() -> None:
+def lower_limits(memory: int, others: Mapping[int, int]) -> None:
+    """Lower the limits of this process' resources. None is raised that is lower already.
+
+    Args:
+        memory: of the process, MB. others: further limits, by their numbers in `resource`.
+    """
+    limits = {
+        resource.RLIMIT_DATA: memory * 1_000_000, resource.RLIMIT_FSIZE: FILE_SIZE,
+        resource.RLIMIT_NOFILE: OPEN_FILES, resource.RLIMIT_CORE: 0, **others,
+    }  # fmt: skip
+    for limit, value in limits.items():
+        own = resource.getrlimit(limit)[1]
+        lower = value if own == resource.RLIM_INFINITY else min(value, own)
+        resource.setrlimit(limit, (lower, lower))
+
+
+def step_back() -> None:
     """Leave the processor to the others when it is scarce."""
     os.nice(NICENESS)
     try:

@@ -20,7 +20,7 @@ import psutil
 
 from vrg.launch.sandbox import landlock
 from vrg.launch.sandbox.policy import Access, Policy
-from vrg.launch.sandbox.seal import FILE_SIZE, NICENESS, OPEN_FILES, drop_capabilities, filter_calls, missing
+from vrg.launch.sandbox.seal import drop_capabilities, filter_calls, lower_limits, missing, step_back
 from vrg.launch.sandbox.seccomp import FAST_OPEN, ArgumentCheck, SyscallRule, rules
 
 THREADS: Final = 256
@@ -96,7 +96,9 @@ def main(arguments: Sequence[str]) -> int:
     landlock.keep_signals_within()
     child = os.fork()
     if child == 0:
-        _bound(memory, threads)
+        # The kernel counts the threads of the user, and lets root have any number.
+        lower_limits(memory, {resource.RLIMIT_NPROC: threads})
+        step_back()
         landlock.restrict([(Path(path), Access(value)) for path, value in files], ports)
         filter_calls(refused())
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
@@ -136,25 +138,6 @@ def _become(command: Sequence[str]) -> NoReturn:
         sys.stderr.write(f"{command[0]}: cannot be run: {error.strerror}\n")
         sys.stderr.flush()
     os._exit(127)
-
-
-def _bound(memory: int, threads: int) -> None:
-    """Bound the resources.
-
-    Args:
-        memory: that of each program, MB. threads: the number of all threads of the user.
-    """
-    limits = {
-        resource.RLIMIT_DATA: memory * 1_000_000, resource.RLIMIT_FSIZE: FILE_SIZE,
-        resource.RLIMIT_NOFILE: OPEN_FILES, resource.RLIMIT_CORE: 0,
-        # The kernel counts those of the user, and lets root have any number.
-        resource.RLIMIT_NPROC: threads,
-    }  # fmt: skip
-    for limit, value in limits.items():
-        most = resource.getrlimit(limit)[1]
-        lower = value if most == resource.RLIM_INFINITY else min(value, most)
-        resource.setrlimit(limit, (lower, lower))
-    os.nice(NICENESS)
 
 
 def _threads_of_user() -> int:

@@ -234,7 +234,6 @@ def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Calla
     ]
     # What is imported from where the command was typed is no library.
     known = [library for library in libraries() if library != Path.cwd()]
-    hidden = [entries.resolve(), folder.parents[1], base.resolve()]
     ports = author.ports
     if ports:
         reads += _CA_CERTIFICATES
@@ -242,8 +241,8 @@ def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Calla
     policy = Policy(
         files=(
             *files(
-                own=[], libraries=known, folder=folder, written=[], entries=entries_of,
-                hidden=[path for path in hidden if not any(library.is_relative_to(path) for library in known)],
+                own=[], libraries=known, hidden=[entries.resolve(), folder.parents[1], base.resolve()], folder=folder,
+                written=[], entries=entries_of,
             ),
             *((path, Access.READ) for path in reads),
         ),
