@@ -81,11 +81,11 @@ def test_a_match_has_the_strategies_and_the_seed_of_its_slot(event: Event) -> No
 
 def test_a_match_begins_after_the_pause_and_not_before_its_time(event: Event) -> None:
     noon = datetime(2026, 11, 28, 12, 0).timestamp()
-    assert event.due(0, noon, first=True) == noon
+    assert event.due(0, noon, lately=False) == noon
     assert not event.played_lately(noon)
-    assert event.due(1, noon, first=True) == datetime(2026, 11, 28, 23, 59).timestamp()
+    assert event.due(1, noon, lately=False) == datetime(2026, 11, 28, 23, 59).timestamp()
     late = datetime(2026, 11, 28, 23, 59, 30).timestamp()
-    assert event.due(1, late, first=True) == late
+    assert event.due(1, late, lately=False) == late
 
 
 @pytest.mark.parametrize(
@@ -105,12 +105,12 @@ def test_a_time_of_the_day_is_one_at_most_six_hours_ago_or_the_next(
 ) -> None:
     slot = event.table.matches[1].model_copy(update={"at": at})
     event.table = event.table.model_copy(update={"matches": (slot,)})
-    assert datetime.fromtimestamp(event.due(0, ended.timestamp(), first=False)) == begins
+    assert datetime.fromtimestamp(event.due(0, ended.timestamp(), lately=True)) == begins
 
 
 def test_an_evening_match_waits_for_its_evening_if_nothing_was_played_yet(event: Event) -> None:
     night = datetime(2026, 11, 28, 0, 30)
-    assert datetime.fromtimestamp(event.due(1, night.timestamp(), first=True)) == night.replace(hour=23, minute=59)
+    assert datetime.fromtimestamp(event.due(1, night.timestamp(), lately=False)) == night.replace(hour=23, minute=59)
 
 
 def test_outcomes_survive_a_restart_and_can_be_taken_back(event: Event) -> None:

@@ -80,7 +80,7 @@ def _run(event: Event, site: EventSite, stop: Stop, options: list[str]) -> None:
             stop.wait(_LOOKED)  # somebody may want the last one again
             continue
         lately = event.played_lately(time.time())
-        event.begins = ended if number == event.repeated else event.due(number, ended, first=not lately)
+        event.begins = ended if number == event.repeated else event.due(number, ended, lately=lately)
         site.check()
         if event.held or not (event.begun or time.time() >= event.begins):
             stop.wait(_LOOKED)

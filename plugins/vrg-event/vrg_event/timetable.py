@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -45,12 +46,11 @@ class Slot(Table):
     @field_validator("at")
     @classmethod
     def _is_a_time(cls, at: str) -> str:
-        try:
-            if at and re.fullmatch(r"(\d{4}-\d\d-\d\d )?([01]?\d|2[0-3]):[0-5]\d", at) is None:
-                raise ValueError
-            _time(at or "0:00")
-        except (ValueError, OverflowError, OSError):
-            raise ValueError(f"expected a time, such as 14:30 or 2026-12-24 14:30, got {at!r}") from None
+        known = None
+        with suppress(ValueError, OverflowError, OSError):
+            known = _time(at) if re.fullmatch(r"(\d{4}-\d\d-\d\d )?([01]?\d|2[0-3]):[0-5]\d", at) else None
+        if at and known is None:
+            raise ValueError(f"expected a time, such as 14:30 or 2026-12-24 14:30, got {at!r}")
         return at
 
 
@@ -154,12 +154,12 @@ class Event:
         except OSError:
             return False
 
-    def due(self, number: int, ended: float, *, first: bool) -> float:
+    def due(self, number: int, ended: float, *, lately: bool) -> float:
         """When a match begins, s of wall time.
 
         Args:
             ended: when the pause after the one before it ends, s of wall time.
-            first: nothing was played lately: a time that is still to come today is never yesterday's.
+            lately: a match was played lately: only then a time that is still to come today may be yesterday's.
         """
         if not (at := self.table.matches[number].at):
             return ended
@@ -169,7 +169,7 @@ class Event:
         now = datetime.fromtimestamp(ended)
         wanted = now.replace(hour=time.hour, minute=time.minute, second=0, microsecond=0)
         days = 1 if now - wanted > _LONGEST_DELAY else 0
-        if not first and wanted - now > timedelta(days=1) - _LONGEST_DELAY:
+        if lately and wanted - now > timedelta(days=1) - _LONGEST_DELAY:
             days = -1
         return max(ended, (wanted + timedelta(days=days)).timestamp())
 

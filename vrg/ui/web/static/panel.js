@@ -38,7 +38,7 @@ export class Panel {
   show(match) {
     this.when("colours", match.colours, () => paint(match.colours));
     const { state } = match;
-    say("title", (state?.title && this.name) || state?.title || WORDS.waiting);
+    say("title", state?.title ? this.name || state.title : WORDS.waiting);
     say("about", state?.about ?? "");
     say("count", state?.count ?? "");
     say("reason", state?.reason ?? "");
