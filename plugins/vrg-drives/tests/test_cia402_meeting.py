@@ -2,6 +2,7 @@
 
 import dataclasses
 import random
+from collections import deque
 
 import pytest
 from canopen import SdoAbortedError
@@ -83,6 +84,27 @@ class TestMeeting:
             assert wire.axis.problem is None, "one that answers two requests has one serial number too"
         else:
             assert "two drives" in (wire.axis.problem or "")
+
+    def test_an_answer_that_comes_once_more_and_late_is_none_to_another_question(self) -> None:
+        wire = Wire()
+        wire.advance(0.01)
+        wire.drive.objects.remove(Object.SUPPORTED_MODES)  # it is optional
+        receive, step, last, coming = wire.drive.receive, wire.drive.step, list[Frame](), deque[list[Frame]]()
+
+        def received(frame: Frame, now: float) -> list[Frame]:
+            frames = receive(frame, now)
+            answers = [f for f in frames if f.id == Function.SDO_ANSWER | NODE]
+            coming.extend([[*last], answers])
+            last[:] = answers
+            return [f for f in frames if f not in answers]
+
+        def stepped(now: float) -> list[Frame]:
+            return [*(coming.popleft() if coming else []), *step(now)]
+
+        wire.drive.receive, wire.drive.step = received, stepped  # type: ignore[method-assign]
+        wire.prepare()
+        assert (wire.axis.firmware, wire.axis.serial) == ("1.0.0", f"{SERIAL_NUMBER:X}")
+        wire.get_going()
 
     @pytest.mark.parametrize(
         ("key", "value", "words"),

@@ -1,6 +1,5 @@
 """Reads and writes the objects of a drive: canopen's SDO client, on frames that another object receives."""
 
-import contextlib
 import logging
 import queue
 import struct
@@ -21,8 +20,12 @@ logging.getLogger("canopen").setLevel(logging.CRITICAL)
 
 _SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL_NUMBER)
 """The first four bytes of the answer to the question for the serial number; the number itself follows."""
-_BEGINS = (0x20, 0x40)
-"""The first bytes of requests that name an object: a download and an upload."""
+_BEGINS = {0x20: 0x60, 0x40: 0x40}
+"""The kinds of requests that name an object, a download and an upload, with the kind of answer that begins each."""
+_SEGMENTS = {0x00: 0x20, 0x60: 0x00}
+"""The kinds of requests for one segment of an object, which name none, with the kind of its answer."""
+_KIND, _ABORT = 0xE0, 0x80
+"""The bits of the first byte that tell the kind of a request or an answer; the kind of a refusal."""
 
 
 class NoAnswerError(RobotError):
@@ -55,6 +58,7 @@ class SdoClient(CanopenClient):
         self.asked = (0, 0)
         self._send, self._clock = send, clock
         self._timeout = 0.0
+        self._kind = 0
 
     def hear(self, data: bytes) -> None:
         """Take in the data of an SDO answer of the drive."""
@@ -115,12 +119,31 @@ class SdoClient(CanopenClient):
 
     def send_request(self, request: bytes) -> None:
         """Send now; canopen calls this."""
-        if request[0] & 0xE0 in _BEGINS:
+        self._kind = request[0] & _KIND
+        if self._kind in _BEGINS:
             self.asked = (int.from_bytes(request[1:3], "little"), request[3])
         self._send(Frame(self.rx_cobid, bytes(request)))
 
     def read_response(self) -> bytes:
-        """Wait for an answer; canopen calls this."""
-        with contextlib.suppress(queue.Empty):
-            self.responses.put(self._clock.take(self.responses, self._timeout))
+        """Wait for an answer to the newest request; canopen calls this, and takes whatever comes first.
+
+        An answer that comes twice or late would otherwise be taken for that to the next question.
+        """
+        deadline = self._clock.now() + self._timeout
+        answer = b""
+        while not self._fits(answer):
+            try:
+                answer = self._clock.take(self.responses, max(0.0, deadline - self._clock.now()))
+            except queue.Empty:
+                raise canopen.SdoCommunicationError("no answer") from None
+        self.responses.put(answer)
         return bytes(super().read_response())  # type: ignore[no-untyped-call]
+
+    def _fits(self, answer: bytes) -> bool:
+        """True if an answer is one to the newest request, or refuses it."""
+        if not answer:
+            return False
+        kind = answer[0] & _KIND
+        if kind == _SEGMENTS.get(self._kind):
+            return True
+        return kind in (_BEGINS.get(self._kind), _ABORT) and answer[1:4] == struct.pack("<HB", *self.asked)
