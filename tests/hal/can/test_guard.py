@@ -344,6 +344,7 @@ class TestProof:
         asked.pass_time(0.1, IDLE, IDLE)
         assert asked.guard.off
         asked.guard.arm(asked.now)
+        asked.pass_time(0.05, CLOSED, CLOSED)
         self.expire(asked, 0)
         assert asked.pass_time(PROOF_TIMEOUT + 0.1, CLOSED, CLOSED)
         assert asked.fault.startswith("node 1: its own watchdog has not stopped it within 0.33 s")
@@ -360,7 +361,9 @@ class TestProof:
         for wire in pair.wires:
             wire.axis.start()
         for _ in range(3):
-            pair.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.1)
+            pair.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.05)
+        pair.pass_time(0.1, CLOSED, CLOSED)
+        assert pair.guard.withholding
         assert pair.guard.unproved
         assert not pair.guard.rearm_pending
 
@@ -447,11 +450,16 @@ class TestLacks:
         for _ in range(DROPOUTS):
             for _ in range(6):
                 driven.now += 0.05
-                driven.wires[0].beat(CLOSED, 0, driven.now)
+                driven.wires[0].beat(CLOSED if driven.guard.armed_by_player else IDLE, 0, driven.now)
                 driven.guard.look(driven.now)
             assert not driven.guard.fault
-            driven.pass_time(0.05, CLOSED, CLOSED)
-            driven.pass_time(0.0 if driven.fault else pause, CLOSED, CLOSED)
+            assert driven.guard.disarmed_because == (
+                "node 1: nothing was heard of it for 0.2 s: check its wires and its plug."
+            )
+            driven.pass_time(0.05, IDLE, IDLE)
+            if not driven.fault:
+                driven.arm()
+                driven.pass_time(pause, CLOSED, CLOSED)
         assert ("node 1: its frames or its setpoints were lost 3 times" in driven.fault) == latches
 
     def test_an_encoder_that_is_silent_is_missed_also_on_a_computer_that_hiccups(self, driven: Pair) -> None:
@@ -531,6 +539,8 @@ class TestIdentity:
 
     def test_after_a_recovery_each_drive_says_anew_who_it_is(self, met: Pair) -> None:
         assert met.guard.refusal(met.now) is None
+        for wire in met.wires:
+            wire.axis.forget()
         met.guard.begin(met.now)
         assert met.guard.refusal(met.now) == "node 0: it has not said yet which drive it is"
         for wire in met.wires:
@@ -539,8 +549,9 @@ class TestIdentity:
         assert met.guard.refusal(met.now) is None
 
     def test_another_drive_is_not_driven(self, met: Pair) -> None:
-        met.guard.begin(met.now)
+        met.wires[1].axis.forget()
         met.wires[1].hear(messages.Address(1, 0xA0), met.now)
+        met.guard.begin(met.now)
         met.pass_time(0.1)
         assert "node 1: its drive has serial number A0, expected A1: were ids or plugs swapped" in met.fault
 

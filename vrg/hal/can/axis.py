@@ -11,6 +11,7 @@ it was given. Only `identify` and `prepare` may wait for the drive's answers, by
 import enum
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import ClassVar, Protocol
 
 from vrg.hal.can.frame import Filter, Frame
@@ -151,6 +152,16 @@ class AxisReport:
     def forget_serials(self) -> None:
         """Let the drive say anew who it is."""
         self.serials.clear()
+
+    def forget(self) -> None:
+        """Let the drive say anew who and what it is, before it is set up once more."""
+        self.forget_implausible()
+        self.forget_serials()
+
+    @property
+    def traits(self) -> Mapping[str, str]:
+        """What the drive has told of itself, in words by their names: a drive of other traits is another one."""
+        return {"firmware": self.firmware}
 
 
 class Axis(AxisReport, ABC):

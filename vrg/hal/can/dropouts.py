@@ -10,7 +10,7 @@ from collections import deque
 DROPOUTS, DROPOUT_WINDOW = 3, 10.0
 """Times within so many s that the wires to a drive may fail for a moment. Where a bus loses a tenth of its frames,
 four setpoints in a row get lost about once in a quarter of an hour."""
-DROPOUT = 0.25
+DROPOUT = 0.2
 """s without an encoder message after which the wires have failed, and the least s from one such moment to the next."""
 
 

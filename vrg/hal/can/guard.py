@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport, MotorState
-from vrg.hal.can.dropouts import Dropouts
+from vrg.hal.can.dropouts import DROPOUT, Dropouts
 from vrg.hal.can.identity import Identity
 
 HEARTBEAT_TIMEOUT = 0.5
@@ -18,11 +18,11 @@ START_TIMEOUT = 1.0
 """s from arming until every axis must be in closed loop."""
 OBEY_TIMEOUT = 0.5
 """s for which a drive may still report that it is on after it was switched off."""
-OFF_PERIOD = 0.2
+OFF_PERIOD = 0.05
 """s from one order to be off to the next, until every drive has reported that it is off."""
 PROOF_TIMEOUT = 0.33
 """s from the last setpoint within which every drive must report that its own watchdog has stopped its motor, when that
-is proved. A motor that is off brakes within 0.12 s, so that a robot whose computer fails stands after 0.45 s."""
+is proved: 0.2 s, and the way of the report."""
 PROOFS = 2
 """Times that a watchdog is tried: on a busy computer the first setpoint may leave late, or a report may get lost."""
 FAILED_STARTS = 3
@@ -43,6 +43,8 @@ COASTED = 0.25 * COAST_TIMEOUT
 """The s of that speed for which a motor must have turned since: an encoder may tell a speed and no way."""
 TURNING_SPEED = 0.5
 """The speed in turn/s of the motor's shaft above which it counts as turning."""
+BUSY = "was this program stopped, or is this computer too busy?"
+"""What a person should ask about setpoints that did not come."""
 CUT_POWER = "cut the power of its motor"
 """What a person must do about a motor that no order stops."""
 STATUS_GRACE = 0.5
@@ -67,8 +69,8 @@ class Guard:
         unproved: the drives' own watchdogs have not been seen to work since the robot was connected or recovered.
             At the first arming the drives are therefore left without setpoints, at zero speed, until each reports that
             its watchdog has stopped its motor.
-        disarmed_because: the words for the lack of setpoints that has disarmed the robot, until something else arms or
-            disarms it; None if there was none.
+        disarmed_because: the words for the moment without setpoints, or without news of a drive, that has disarmed the
+            robot, until something else arms or disarms it; None if there was none.
         armed_at: when the player has armed it last.
         rearm_pending: the robot is to be armed once more, as the player has asked: the watchdogs have been seen to
             work, or are to be tried again.
@@ -117,7 +119,7 @@ class Guard:
         self._dropouts.clear()
         self._low.clear()
         self._since = now
-        self._identity.begin()
+        self._identity.judge()  # whoever has answered first is expected from now on
         for axis in self._axes:
             axis.forget_implausible()
 
@@ -229,7 +231,10 @@ class Guard:
             # After the emergency stop of the match the drives report it too, though no button was pressed there.
             self.estop = self.at_drive = True
         if self.armed_by_player and heard_until > self.armed_at:
-            self._started |= {axis.node for axis in self._axes if axis.state is MotorState.CLOSED_LOOP}
+            for axis in self._axes:
+                if axis.state is MotorState.CLOSED_LOOP and axis.node not in self._started:
+                    self._started.add(axis.node)
+                    axis.expiry_reported = False  # what it has reported of earlier times proves nothing
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
@@ -241,14 +246,8 @@ class Guard:
             self.rearm_pending = False
         elif self.armed_by_player and self.unproved:
             again = self._prove(heard_until)
-        late_node = self._late_node(heard_until) if self.armed_by_player else None
-        if late_node is not None:
-            self._count_failed_start(late_node)
-            late = heard_until - self._commanded > LATE or heard_until - self._slow_at <= START_TIMEOUT
-            if late_node in self._started and not late and (words := self._dropouts.failed(late_node, heard_until)):
-                self.latch(words)
-        if self.armed_by_player and (again or self.fault or self.estop or late_node is not None):
-            lapsed = f"node {late_node}: its watchdog has stopped its motor, as no setpoint came in time"
+        lapsed = self._lapse(heard_until) if self.armed_by_player else None
+        if self.armed_by_player and (again or self.fault or self.estop or lapsed):
             self.armed_by_player, self.disarmed_because = False, None if again or self.fault or self.estop else lapsed
             self.rearm_pending = again and not self.fault
             self.ordered_off(heard_until)
@@ -259,6 +258,27 @@ class Guard:
             self.ordered_off(heard_until)
             return True
         return False
+
+    def _lapse(self, heard_until: float) -> str | None:
+        """Why an armed robot must stand until it is armed again, in words; None if there is no reason.
+
+        What has failed for a moment too often latches.
+        """
+        node = self._late_node(heard_until)
+        if node is not None:
+            self._count_failed_start(node)
+            late = heard_until - self._commanded > LATE or heard_until - self._slow_at <= START_TIMEOUT
+            if node in self._started and not late and (words := self._dropouts.failed(node, heard_until)):
+                self.latch(words)
+            return f"node {node}: its watchdog has stopped its motor, as no setpoint came in time: {BUSY}"
+        for axis in self._axes if self.armed else ():
+            if heard_until - max(axis.heard, self._heard_of(axis)) > DROPOUT:
+                return f"node {axis.node}: nothing was heard of it for {DROPOUT:g} s: check its wires and its plug."
+        return None
+
+    def _heard_of(self, axis: AxisReport) -> float:
+        """Since when the silence of a drive's encoder counts."""
+        return max(axis.measured, self._since, self._excuse(axis, "measured"))
 
     def _count_failed_start(self, node: int) -> None:
         """Count how often a drive whose watchdog has expired was ordered to start, and has not."""
@@ -272,8 +292,7 @@ class Guard:
     def _find_dropouts(self, heard_until: float) -> None:
         """Find drives that are heard again after a moment of silence, again and again."""
         for axis in self._axes:
-            heard = max(axis.measured, self._since, self._excuse(axis, "measured"))
-            if words := self._dropouts.silent(axis.node, heard_until - heard, heard_until):
+            if words := self._dropouts.silent(axis.node, heard_until - self._heard_of(axis), heard_until):
                 self.latch(words)
 
     def _excuse(self, axis: AxisReport, kind: str) -> float:
@@ -294,7 +313,6 @@ class Guard:
         """Judge whether every drive's own watchdog has stopped its motor; True if that is to be tried once more."""
         watched = [axis for axis in self._axes if not axis.unwatched]
         late = heard_until - self._commanded > PROOF_TIMEOUT
-        # What a drive reports of an earlier time, when it was not on, is no proof.
         if not late:
             self._proved |= {axis.node for axis in watched if axis.expiry_reported and axis.node in self._started}
         if self._proved.issuperset(axis.node for axis in watched):
@@ -305,9 +323,10 @@ class Guard:
                 return True
             node = next(axis.node for axis in watched if axis.node not in self._proved)
             self.latch(
-                f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints: "
-                'set the watchdog in the drive to 0.2 s, or write watchdog = "unsafe" in the wiring of this robot '
-                "(`vrg can jog`: --unsafe)"
+                f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints, as far "
+                "as it reports: set the watchdog in the drive to 0.2 s. Where it has that, frames come late: try "
+                'without gateways, or with another adapter. To do without, write watchdog = "unsafe" in the wiring of '
+                "this robot (`vrg can jog`: --unsafe)"
             )
         return False
 
@@ -372,7 +391,7 @@ class Guard:
 
     def _lack(self, axis: AxisReport, heard_until: float) -> str | None:
         """The fault of a drive that is alive: it sends no encoder messages, or its supply is too low."""
-        measured = max(axis.measured, self._since, self._excuse(axis, "measured"))
+        measured = self._heard_of(axis)
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
         # Motors that are off draw nothing, and a person may have cut their power on purpose.

@@ -20,15 +20,6 @@ class Identity:
     def __init__(self, axes: Sequence[AxisReport], calibrated: Mapping[int, str]) -> None:
         self._axes = axes
         self._expected = {node: serial for node, serial in calibrated.items() if serial}
-        self._met = False
-
-    def begin(self) -> None:
-        """The drives have been met, or are to say anew who they are, as the robot is recovered."""
-        self.judge()
-        if self._met:
-            for axis in self._axes:
-                axis.forget_serials()
-        self._met = True
 
     @property
     def unknown(self) -> int | None:

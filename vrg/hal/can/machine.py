@@ -17,7 +17,7 @@ from typing import NamedTuple
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport, MotorState
 from vrg.hal.can.base import DriveBase, Estimate
-from vrg.hal.can.guard import OFF_PERIOD, START_TIMEOUT, Guard
+from vrg.hal.can.guard import BUSY, START_TIMEOUT, Guard
 from vrg.hal.can.plausibility import Plausibility
 from vrg.hal.driver import COMMAND_TIMEOUT
 
@@ -168,8 +168,7 @@ class StateMachine:
         if guard.fault:
             raise RobotError(f"{self.name}: {guard.fault}")
         if guard.disarmed_because is not None:
-            why = "was this program stopped, or is this computer too busy?"
-            raise RobotError(f"{self.name}: {guard.disarmed_because}: {why} Arm again")
+            raise RobotError(f"{self.name}: {guard.disarmed_because} Arm again")
         if not guard.armed_by_player:
             raise RobotError(f"{self.name}: expected armed motors to drive, and they are off: arm the robot first")
         if bus_silence > BLIND:
@@ -272,7 +271,7 @@ class StateMachine:
         self._measured[node] = report.measured
         estimate = Estimate(report.position, report.velocity, report.measured)
         way = self.base.update(node, estimate, report.wrap)
-        if way is None and guard.armed:
+        if way is None and (guard.armed or guard.disarmed_because is not None):
             guard.latch(f"node {node}: its position jumped: was the drive started again?")
         # Without setpoints a motor stops, as it must.
         fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
@@ -304,12 +303,12 @@ class StateMachine:
         self._looked = now
         guard, off = self.guard, False
         if self._is_late(now):
-            guard.disarm_late(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s")
+            guard.disarm_late(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s: {BUSY}")
             off = True
             guard.ordered_off(self.heard_until)
         off |= guard.look(self.heard_until)
         # Where the bus is not heard any more, the order is repeated all the same.
-        again = self.bus_silence(now) > OFF_PERIOD and now - self._ordered >= OFF_PERIOD
+        again = self.bus_silence(now) > BLIND and now - self._ordered >= BLIND
         off |= again and self.phase is not Phase.RECOVERING and not guard.armed_by_player and not guard.off
         orders = self._idle(now) if off else []
         if guard.fault != self._fault_logged:

@@ -1,5 +1,7 @@
 """Meets the drives of a robot, step by step: each must identify itself before it is set up. Numbers alone.
 
+A robot that is recovered meets them again: what was started again, or plugged in, may not be what it was.
+
 Nothing is sent to drives that another program commands: to be asked and set up would disturb who does.
 """
 
@@ -60,7 +62,7 @@ class Meeting:
         if self._asked == NEVER or self._known_at is not None:
             self._require([(report.node, report.implausible) for report in self._reports])
         if self._known_at is None:
-            if not all(report.heard > 0 and report.identified for report in self._reports):
+            if not all(self._hears(report) and report.identified for report in self._reports):
                 return self._ask(now)
             self._known_at = now
         if now - self._known_at < ANSWERS_SETTLE:
@@ -74,7 +76,7 @@ class Meeting:
 
     def _ask(self, now: float) -> MeetingStep:
         """Wait for what drives say of themselves, for as long as there is progress."""
-        known = (sum(report.heard > 0 for report in self._reports), sum(report.identified for report in self._reports))
+        known = (sum(map(self._hears, self._reports)), sum(report.identified for report in self._reports))
         if known != self._known:
             self._known, self._news_at = known, now
         if now - max(self._news_at, self._began + LISTEN) >= self.patience:
@@ -87,11 +89,15 @@ class Meeting:
     @property
     def patience(self) -> float:
         """The time in s without anything new for which the meeting waits for drives."""
-        return IDENTIFY_TIMEOUT if all(report.heard > 0 for report in self._reports) else HEAR_TIMEOUT
+        return IDENTIFY_TIMEOUT if all(map(self._hears, self._reports)) else HEAR_TIMEOUT
+
+    def _hears(self, report: AxisReport) -> bool:
+        """True if a drive has been heard since the meeting began."""
+        return report.heard >= self._began
 
     def _missing(self) -> str:
         """The messages that have not been received, and the drives that they are missing from."""
-        silent = [str(report.node) for report in self._reports if report.heard < 0]
-        mute = [str(report.node) for report in self._reports if report.heard >= 0 and not report.identified]
+        silent = [str(report.node) for report in self._reports if not self._hears(report)]
+        mute = [str(report.node) for report in self._reports if self._hears(report) and not report.identified]
         which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"
         return f"{'a heartbeat' if silent else 'an answer to who they are'} of {self._protocol} {which}"

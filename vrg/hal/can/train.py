@@ -98,6 +98,7 @@ class DriveTrain:
         self._axes: dict[int, Axis] = {}
         self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
         self._heard: deque[Frame] = deque(maxlen=_KEPT)
+        self._traits: dict[int, Mapping[str, str]] = {}
 
     @property
     def connected(self) -> bool:
@@ -124,8 +125,11 @@ class DriveTrain:
                 axis.unwatched = self._unwatched
             self._routes.clear()
             self._heard.clear()
+            self._traits.clear()
             self._machine.begin(list(self._axes.values()))
         try:
+            self._bus.listen_to(None)
+            self._bus.start()
             self._meet()
         except BaseException as error:
             with self._lock:
@@ -141,12 +145,16 @@ class DriveTrain:
             self._machine.met(self.clock.now())
 
     def _meet(self) -> None:
-        """Open the bus, and take the steps of the meeting."""
-        self._bus.listen_to(None)
-        self._bus.start()
+        """Meet every drive on a bus that hears everything, and set it up.
+
+        Raises:
+            RobotError: a drive is missing, cannot be used, or is not what it was when the robot was connected.
+        """
         meeting = Meeting(self._protocol, list(self._axes.values()), self.clock.now())
         while True:
             with self._lock:
+                if self._machine.phase is Phase.CLOSED:
+                    raise RobotError("it was closed meanwhile")
                 try:
                     step = meeting.step(self.clock.now())
                 except MissingError as error:
@@ -160,6 +168,13 @@ class DriveTrain:
             self.clock.sleep(_MEETING_PERIOD)
         for axis in self._axes.values():
             axis.prepare()
+            before = self._traits.setdefault(axis.node, axis.traits)
+            for name, now in axis.traits.items():
+                if now != before[name]:
+                    raise RobotError(
+                        f"node {axis.node}: {name}: expected {before[name]}, as when the robot was connected, got {now}: "
+                        "set it as it was, or connect the robot anew"
+                    )
         self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
 
     def _who_is_there(self, missing: MissingError, patience: float) -> str:
@@ -235,9 +250,9 @@ class DriveTrain:
             self._obey(self._machine.release(self.clock.now()))
 
     def recover(self) -> None:
-        """Open the bus anew, set the drives up, and clear their errors, as a person has decided; the motors stay off.
+        """Open the bus anew, meet the drives again, and clear their errors, as a person has decided; the motors stay off.
 
-        What is still wrong latches again within a second. The emergency stop stays. It waits for answers of the
+        A drive that would be refused at connection is refused here, too, and one that is not what it was. What is wrong latches again within a second. The emergency stop stays. It waits for answers of the
         drives, so it is called on a thread of its own. `close` ends it.
         """
         with self._lock:
@@ -250,21 +265,24 @@ class DriveTrain:
             self._obey(self._machine.recovered(problem, self.clock.now()))
 
     def _open_anew(self) -> str | None:
-        """Close and open the bus, and set the drives up; what kept that from being done, in words."""
+        """Close and open the bus, and meet the drives; what kept that from being done, in words."""
         # Outside the lock: the receive thread, which is waited for, may want it.
         try:
             self._bus.stop()
             if trouble := self._bus.restart():
                 return trouble
+            self._bus.listen_to(None)
             with self._lock:
                 # If the robot is closed meanwhile, the bus is closed, and it stays so.
                 if self._machine.phase is not Phase.RECOVERING:
                     return None
                 # A drive that was started again counts from zero, so its reports are not compared with those before.
                 self._machine.base.rebase()
+                self._heard.clear()
+                for axis in self._axes.values():
+                    axis.forget()
                 self._bus.start()
-            for axis in self._axes.values():
-                axis.prepare()
+            self._meet()
         except RobotError as error:
             return str(error)
         except Exception as error:
@@ -348,7 +366,7 @@ class DriveTrain:
     def _on_frame(self, frame: Frame) -> None:
         with self._lock:
             axes: Sequence[Axis]
-            if self.connected:
+            if self._machine.phase is Phase.MET:
                 key = (frame.id, frame.extended)
                 route = self._routes.get(key)
                 if route is None:

@@ -12,6 +12,8 @@ the newest setpoint is older than the deadline: a player that freezes in the mid
 on without a watchdog.
 """
 
+from collections.abc import Mapping
+
 from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame, FrameError
 from vrg.hal.clock import Clock
@@ -143,6 +145,17 @@ class Cia402Axis(Axis):
         """Let the drive say anew who it is."""
         super().forget_serials()
         self._sdo.serials.clear()
+
+    def forget(self) -> None:
+        """Let the drive say anew who and what it is."""
+        super().forget()
+        self._sdo.serial_answers = 0
+        self._interview = Interview(self._sdo, round(HEARTBEAT * 1000), self.options, self._clock)
+
+    @property
+    def traits(self) -> Mapping[str, str]:
+        """Its firmware and its units."""
+        return {**super().traits, "units": str(self._units)}
 
     def prepare(self) -> None:
         """Set up PDOs, the watchdog and the mode of operation; waits for the drive's answers.

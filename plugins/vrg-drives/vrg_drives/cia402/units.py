@@ -18,6 +18,9 @@ class Units(NamedTuple):
     counts: float
     velocity: float
 
+    def __str__(self) -> str:
+        return f"{self.counts:g} counts in a turn, {self.velocity:g} units of velocity in 1 turn/s"
+
     @property
     def wrap(self) -> float:
         """The number of turns after which the position, which has 32 bits, begins anew."""

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from vrg.hal.can.frame import STANDARD_MASK, Frame, FrameError, fd_size
+from vrg.hal.can.frame import FD_BYTES, STANDARD_MASK, Frame, FrameError, fd_size
 
 NODE_IDS = range(1, 0x7F)
 """The ids that a drive can have."""
@@ -21,7 +21,11 @@ _LARGEST = 0xFFFF
 _REPLY = 0x8000
 _NOP = 0x50
 _ERRORS = (0x30, 0x31)
-_TO_DIAGNOSTICS = 0x40
+_TO_DIAGNOSTICS, _FROM_DIAGNOSTICS, _ASK_DIAGNOSTICS = 0x40, 0x41, 0x42
+_CHANNEL = 1
+"""The diagnostic channel of the drive's console."""
+_MOST_TEXT = FD_BYTES - 3
+"""The most bytes of text that one frame has room for."""
 _MOST_BYTES = 5
 """The most bytes of a number that has as many as it needs."""
 
@@ -99,10 +103,48 @@ def encode(source: int, destination: int, subframes: Iterable[Subframe], *, repl
     Raises:
         ValueError: they do not fit into one frame.
     """
-    data = b"".join(_packed(subframe) for subframe in subframes)
+    return _frame(source, destination, b"".join(_packed(subframe) for subframe in subframes), reply)
+
+
+def _frame(source: int, destination: int, data: bytes, reply: bool) -> Frame:
     identifier = frame_id(source, destination, reply=reply)
     size = fd_size(len(data))
     return Frame(identifier, data.ljust(size, bytes([_NOP])), extended=identifier > STANDARD_MASK, fd=True)
+
+
+def type_text(source: int, destination: int, text: bytes) -> Frame:
+    """The frame that types text of up to 61 bytes into the drive's console, its diagnostic channel."""
+    return _frame(source, destination, bytes([_TO_DIAGNOSTICS, _CHANNEL, len(text)]) + text, reply=False)
+
+
+def ask_text(source: int, destination: int) -> Frame:
+    """The frame that asks for what the drive's console has printed."""
+    return _frame(source, destination, bytes([_ASK_DIAGNOSTICS, _CHANNEL, _MOST_TEXT]), reply=True)
+
+
+def answer_text(source: int, destination: int, text: bytes) -> Frame:
+    """The frame in which a drive tells what its console has printed."""
+    return _frame(source, destination, bytes([_FROM_DIAGNOSTICS, _CHANNEL, len(text)]) + text, reply=False)
+
+
+def typed_text(frame: Frame) -> bytes:
+    """The text that a frame types into a console, by which a tool sets a drive up and commands it; empty if none."""
+    return _text(frame, _TO_DIAGNOSTICS)
+
+
+def told_text(frame: Frame) -> bytes | None:
+    """The text of a console that a frame tells; None where it tells none."""
+    return _text(frame, _FROM_DIAGNOSTICS) if frame.data[:1] == bytes([_FROM_DIAGNOSTICS]) else None
+
+
+def asked_text(frame: Frame) -> int | None:
+    """The most bytes of a console's text that a frame asks for; None where it asks for none."""
+    return frame.data[2] if len(frame.data) > 2 and frame.data[:2] == bytes([_ASK_DIAGNOSTICS, _CHANNEL]) else None
+
+
+def _text(frame: Frame, kind: int) -> bytes:
+    data = frame.data
+    return data[3 : 3 + data[2]] if len(data) > 2 and data[0] == kind else b""
 
 
 def write(register: int, values: Sequence[float], resolution: Resolution = Resolution.F32) -> Subframe:
@@ -113,11 +155,6 @@ def write(register: int, values: Sequence[float], resolution: Resolution = Resol
 def read(register: int, count: int = 1, resolution: Resolution = Resolution.F32) -> Subframe:
     """The subframe that asks for registers."""
     return Subframe(SubframeKind.READ, register, resolution, (0.0,) * count)
-
-
-def orders_by_text(frame: Frame) -> bool:
-    """True if a frame carries text to the diagnostic channel, by which a tool sets a drive up and commands it."""
-    return len(frame.data) > 2 and frame.data[0] == _TO_DIAGNOSTICS and frame.data[2] > 0
 
 
 def decode(frame: Frame) -> list[Subframe]:

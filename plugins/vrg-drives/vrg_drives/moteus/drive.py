@@ -1,7 +1,8 @@
 """An emulated moteus controller; it has no bus and no clock.
 
 It answers reads and writes of its registers in every resolution, holds a velocity or a position, latches faults until
-it is stopped, and stops by itself when no setpoint has arrived for the time that the last one has given it.
+it is stopped, and stops by itself when no setpoint has arrived for the time that the last one has given it. Its console
+knows `d stop`, `tel stop`, and `conf get` and `conf set` of servo.timeout_mode.
 """
 
 import math
@@ -23,6 +24,8 @@ _POSITION_GAIN = 20.0
 """turn/s for each turn of position error."""
 _DRIVER_FAULT = 33
 _IDS = range(1, 0x7F)
+_TIMEOUT_MODES = frozenset(str(int(m)) for m in (Mode.STOPPED, Mode.POSITION, Mode.ZERO_VELOCITY, Mode.BRAKE))
+"""The values of servo.timeout_mode: what a drive does whose watchdog has expired."""
 _RESET: dict[int, float] = {
     Register.COMMAND_POSITION: 0.0,
     Register.COMMAND_VELOCITY: 0.0,
@@ -48,6 +51,8 @@ class MoteusDrive(EmulatedDrive):
         self._mode = Mode.STOPPED
         self._fault = 0
         self._command: dict[int, float] = dict(_RESET)
+        self._timeout_mode = Mode.ZERO_VELOCITY
+        self._typed = self._printed = b""
         self._tick = Cycle(_TICK, now)
         self._watchdog = 0.0
         self._measures: dict[int, Callable[[], float]] = {
@@ -84,6 +89,12 @@ class MoteusDrive(EmulatedDrive):
         source, destination, reply = codec.address_of(frame.id)
         if not codec.is_plain(frame) or destination not in (self.node, codec.BROADCAST):
             return []
+        if text := codec.typed_text(frame):
+            self._type(text)
+            return []
+        if (most := codec.asked_text(frame)) is not None:
+            told, self._printed = self._printed[:most], self._printed[most:]
+            return [codec.answer_text(self.node, source, told)] if reply else []
         try:
             subframes = codec.decode(frame)
         except FrameError:
@@ -104,6 +115,27 @@ class MoteusDrive(EmulatedDrive):
             return [codec.encode(node, source, answers)]
         except ValueError:
             return []  # more was asked than fits into a frame
+
+    def _type(self, text: bytes) -> None:
+        """Text is typed into the console, which answers each whole line."""
+        *lines, self._typed = (self._typed + text).split(b"\n")
+        for line in lines:
+            match line.decode("latin-1").split():
+                case ["d", "stop"]:
+                    self._stop()
+                    self._printed += b"OK\r\n"
+                case ["conf", "get", "servo.timeout_mode"]:
+                    self._printed += b"%d\r\n" % self._timeout_mode
+                case ["conf", "set", "servo.timeout_mode", mode] if mode in _TIMEOUT_MODES:
+                    self._timeout_mode = Mode(int(mode))
+                    self._printed += b"OK\r\n"
+                case ["tel", "stop"]:
+                    self._printed += b"OK\r\n"
+                case _:
+                    self._printed += b"ERR unknown command\r\n"
+
+    def _stop(self) -> None:
+        self._mode, self._fault, self._watchdog = Mode.STOPPED, 0, 0.0
 
     def _write(self, subframe: Subframe) -> bool:
         """Take in registers that are written; whether a command is among them."""
@@ -127,7 +159,7 @@ class MoteusDrive(EmulatedDrive):
         """A whole command has arrived."""
         mode = self._command.get(Register.MODE, self._mode)
         if mode == Mode.STOPPED:
-            self._mode, self._fault, self._watchdog = Mode.STOPPED, 0, 0.0
+            self._stop()
         elif self._mode in (Mode.FAULT, Mode.TIMEOUT):
             return  # only a stop ends either
         elif mode in (Mode.POSITION, Mode.ZERO_VELOCITY):
@@ -138,6 +170,9 @@ class MoteusDrive(EmulatedDrive):
             self._feed(now)
 
     def _move(self, dt: float) -> None:
+        if self._mode == Mode.TIMEOUT and self._timeout_mode in (Mode.STOPPED, Mode.BRAKE):
+            self.motor.coast(dt)
+            return
         aim = 0.0
         most = self._command[Register.COMMAND_MAX_TORQUE]
         own = self.motor.model.current_limit

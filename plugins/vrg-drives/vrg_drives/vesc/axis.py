@@ -112,6 +112,12 @@ class VescAxis(Axis):
             return f"expected its status message {number}: switch 1 and 5 on, at 50 Hz (VESC Tool, App Settings)"
         return None
 
+    def forget(self) -> None:
+        """Let the drive say anew who and what it is."""
+        super().forget()
+        self._versions.clear()
+        self._asked = 0
+
     def forget_implausible(self) -> None:
         """Judge anew what is heard from now on."""
         super().forget_implausible()
@@ -202,7 +208,7 @@ class VescAxis(Axis):
             self.heard = frame.at
             position = supply.tachometer / codec.TACHO_STEPS / self._pairs
             gap = frame.at - self.measured
-            if self._wanted and gap > _RESTART_GAP and abs(position) < min(1.0, abs(self.position)):
+            if gap > _RESTART_GAP and abs(position) < min(1.0, abs(self.position)):
                 self._complain("it was started again")
                 self._wanted = False
             if self.options.pole_pairs is not None:

@@ -95,6 +95,11 @@ class OdriveAxis(Axis):
             return f"expected CANSimple protocol version {messages.PROTOCOL_VERSION}, got {version.protocol}"
         return None
 
+    def forget(self) -> None:
+        """Let the drive say anew who and what it is."""
+        super().forget()
+        self._version, self._asked = None, 0
+
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
         foreign = frame.extended or frame.fd or frame.remote or (frame.id == 0 and len(frame.data) == _NMT_BYTES)
@@ -139,21 +144,25 @@ class OdriveAxis(Axis):
         self._send(codec.request(self.node, Command.ADDRESS))
 
     def prepare(self) -> None:
-        """Set the limits that a person has given; each start sends the mode with it."""
-        velocity, current = self.options.velocity_limit, self.options.current_limit
-        if velocity is not None and current is not None:
-            self._send(codec.encode(self.node, messages.SetLimits(velocity, current)))
+        """Set the limits that a person has given."""
+        self._limit()
 
     def start(self) -> None:
         """Ask for closed-loop velocity control."""
         if abs(self.position) > _REZERO:
             self._send(codec.encode(self.node, messages.SetAbsolutePosition(0.0)))
+        self._limit()  # it does not tell that it was started again meanwhile
         self._order_start()
         self._wanted, self.expiry_reported, self.refusal = True, False, None
         if self.state is MotorState.IDLE:
             self.state = MotorState.STARTING
         # Its next heartbeat may be 0.1 s away.
         self._send(codec.request(self.node, Command.HEARTBEAT))
+
+    def _limit(self) -> None:
+        velocity, current = self.options.velocity_limit, self.options.current_limit
+        if velocity is not None and current is not None:
+            self._send(codec.encode(self.node, messages.SetLimits(velocity, current)))
 
     def command(self, velocity: float) -> None:
         """Send a setpoint in turn/s; before it, as long as the axis starts, the order to start, which may get lost."""
