@@ -9,6 +9,7 @@ from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.hal.can.dropouts import DROPOUT_WINDOW, DROPOUTS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import (
+    ANY_SUPPLY,
     FAILED_STARTS,
     HEARTBEAT_TIMEOUT,
     OBEY_TIMEOUT,
@@ -35,9 +36,9 @@ class Live(Wire):
 class Pair:
     """Two axes under a guard; `now` is monotonic time."""
 
-    def __init__(self, empty: float = 0.0) -> None:
+    def __init__(self, *supply: float) -> None:
         self.wires = [Live(0), Live(1)]
-        self.guard = Guard([wire.axis for wire in self.wires], empty)
+        self.guard = Guard([wire.axis for wire in self.wires], supply or ANY_SUPPLY)
         self.now = 100.0
         self.beat()
         self.guard.begin(self.now)
@@ -412,7 +413,7 @@ class TestLacks:
     """What a drive that is alive may not be silent about."""
 
     def test_a_supply_that_no_battery_of_the_wiring_can_have_is_a_fault_of_a_robot_that_is_armed(self) -> None:
-        pair = Pair(empty=20.0)
+        pair = Pair(20.0, 25.2)
 
         def low(volts: float, seconds: float, state: int) -> None:
             for pause in (seconds, 0.1):
@@ -433,8 +434,21 @@ class TestLacks:
             "the battery, or correct `supply` in the wiring of this robot"
         )
 
+    def test_a_supply_that_no_full_battery_has(self) -> None:
+        pair = Pair(20.0, 25.2)
+        pair.arm()
+        for volts, seconds in ((60.0, 0.5), (24.0, 1.0), (30.0, 3.0)):
+            for _ in range(round(seconds / 0.1)):
+                pair.wires[1].hear(messages.BusVoltageCurrent(volts, 0.0), pair.now)
+                pair.pass_time(0.1, CLOSED, CLOSED)
+        assert pair.guard.fault is None, "motors that brake give back, and a charger may be on it"
+        for _ in range(12):
+            pair.wires[1].hear(messages.BusVoltageCurrent(60.0, 0.0), pair.now)
+            pair.pass_time(0.1, CLOSED, CLOSED)
+        assert "node 1: its supply has 60 V, where a full battery has 25.2 V" in pair.fault
+
     def test_a_supply_that_is_low_most_of_the_time_is_not_forgotten_for_one_good_value(self) -> None:
-        pair = Pair(empty=20.0)
+        pair = Pair(20.0, 25.2)
         pair.arm()
         for tick in range(100):
             pair.wires[1].hear(messages.BusVoltageCurrent(24.0 if tick % 20 < 2 else 12.0, 0.0), pair.now)

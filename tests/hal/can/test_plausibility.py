@@ -135,6 +135,33 @@ def test_a_motor_that_is_to_stand_does_not_creep() -> None:
     assert "it turns at 1.5 turn/s, though it was asked for 0: it runs away" in rig.run(0.0, 4.0)
 
 
+@pytest.mark.parametrize("period", [STEP, 0.05, 0.2])
+def test_an_encoder_that_jumps_to_and_fro(period: float) -> None:
+    """Each jump is taken back, and the robot has meanwhile steered by it."""
+    rig = Rig(lambda p, v: (p + 4.0 * (rig.now % (2 * period) < period), v))
+    assert "its position jumped to and fro 3 times within 10 s" in rig.run(20.0, 3.0)
+
+
+def test_one_frame_that_is_late_for_once_is_no_jump() -> None:
+    rig = Rig()
+    assert not rig.run(40.0, 1.0)
+    behind = rig.motor.position
+    assert not rig.run(40.0, 0.1)
+    rig.says = lambda _p, v: (behind, v)
+    assert not rig.look()
+    rig.says = lambda p, v: (p, v)
+    assert not rig.run(40.0, 3.0)
+
+
+@pytest.mark.parametrize("then", [-20.0, 0.0, 5.0])
+def test_a_drive_that_obeys_no_setpoints_any_more(then: float) -> None:
+    rig = Rig()
+    assert not rig.run(20.0, 1.0)
+    turn = rig.motor.turn
+    rig.motor.turn = lambda dt, _: turn(dt, 20.0)  # type: ignore[method-assign]
+    assert f"it still turns at 20 turn/s, though it was asked for {then:.3g}" in rig.run(then, 2.0)
+
+
 def test_one_that_trembles_at_rest_stands() -> None:
     rig = Rig(lambda p, v: (p, v + 0.4 * math.sin(100.0 * rig.now)))
     assert not rig.run(0.0, 5.0)

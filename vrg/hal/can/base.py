@@ -16,7 +16,7 @@ TURN = math.tau
 """One turn in rad."""
 _OVERSPEED = 1.5
 """The number of times its top speed above which the speed of a motor is disbelieved."""
-_BEGINNING = 1.0
+BEGINNING = 1.0
 """The turns around zero in which the position of a drive begins that was started again."""
 _JUMP_SLACK = 0.25
 """s that a frame may be late. Its content is then older than it looks, and the next one seems to come from far."""
@@ -116,7 +116,7 @@ class DriveBase:
         if turns:
             way = math.remainder(way, turns)
         bounds = self.bounds[node]
-        if estimate.at - last.at > DROPOUT and abs(estimate.position) < _BEGINNING:
+        if estimate.at - last.at > DROPOUT and abs(estimate.position) < BEGINNING:
             # It was not heard, and may have been started again; or it has rolled on.
             least, most = sorted((0.0, last.velocity * (estimate.at - last.at)))
             if not least - bounds.slip <= way <= most + bounds.slip:

@@ -50,9 +50,9 @@ class CanDriver(DriveTrain, Driver):
         axes = wiring.wheel_axes(model.drivetrain.axes, calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
-        medium, empty = context.medium or RealMedium(), wiring.empty
+        medium, supply = context.medium or RealMedium(), wiring.judged_supply
         DriveTrain.__init__(
-            self, name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, empty=empty
+            self, name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, supply=supply
         )
 
     def read(self) -> Readings:

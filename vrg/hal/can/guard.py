@@ -33,8 +33,13 @@ LATE = 0.13
 """s between setpoints from which on a drive's own watchdog may have stopped its motor, and its wires may be good."""
 LOW_SUPPLY = 0.8
 """The part of the voltage of an empty battery below which no battery of this kind can be."""
-LOW_TIMEOUT = 1.0
-"""s for which a supply may be that low, as when many motors start at once. Time at which it is not is taken off."""
+HIGH_SUPPLY = 1.25
+"""The part of the voltage of a full battery above which no battery of this kind can be, not even as motors brake."""
+SUPPLY_TIMEOUT = 1.0
+"""s for which a supply may be that low or high, as when many motors start at once. Time at which it is not is taken
+off."""
+ANY_SUPPLY = (0.0, math.inf)
+"""The voltages of an empty and a full battery that are not known, V."""
 COAST_TIMEOUT = 1.0
 """s after the order to be off in which a motor must have become slower."""
 COASTS = 0.9
@@ -58,7 +63,7 @@ class Guard:
     that was kept from running finds heartbeats that wait to be read, and a drive is not dead for that.
 
     Args:
-        axes: the reports of all axes of the robot. empty: the voltage of an empty battery, V; 0 if it is not known.
+        axes: the reports of all axes of the robot. supply: the voltages of an empty and a full battery, V.
         serials: the serial numbers of the drives that the robot was calibrated with, by node, as far as they are known.
 
     Attributes:
@@ -79,11 +84,14 @@ class Guard:
     """
 
     def __init__(
-        self, axes: Sequence[AxisReport], empty: float = 0.0, serials: Mapping[int, str] | None = None
+        self,
+        axes: Sequence[AxisReport],
+        supply: tuple[float, float] = ANY_SUPPLY,
+        serials: Mapping[int, str] | None = None,
     ) -> None:
         self._axes = axes
         self._identity = Identity(axes, serials or {})
-        self._empty = empty
+        self._empty, self._full = supply
         self.fault: str | None = None
         self.estop = False
         self.at_drive = False
@@ -104,7 +112,7 @@ class Guard:
         self._proofs = 0
         self._failed_starts = Counter[int]()
         self._dropouts = Dropouts()
-        self._low: dict[int, tuple[float, float, bool]] = {}
+        self._odd_supply: dict[int, tuple[float, float, bool]] = {}
         self._started: set[int] = set()
         self._proved: set[int] = set()
 
@@ -117,7 +125,7 @@ class Guard:
         self._on_since.clear()
         self._failed_starts.clear()
         self._dropouts.clear()
-        self._low.clear()
+        self._odd_supply.clear()
         self._since = now
         self._identity.judge()  # whoever has answered first is expected from now on
         for axis in self._axes:
@@ -396,21 +404,28 @@ class Guard:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
         # Motors that are off draw nothing, and a person may have cut their power on purpose.
         if not self.armed_by_player or axis.voltage is None:
-            self._low.pop(axis.node, None)
-        elif self._low_for(axis, axis.voltage) >= LOW_TIMEOUT:
+            self._odd_supply.pop(axis.node, None)
+        elif self._odd_for(axis, axis.voltage) >= SUPPLY_TIMEOUT:
+            has = f"its supply has {axis.voltage:.3g} V, where"
+            if axis.voltage > self._full:
+                return (
+                    f"{has} a full battery has {self._full:g} V: is it the right battery, and can it take what braking "
+                    "motors give back? Change it, or correct `supply` in the wiring of this robot"
+                )
             return (
-                f"its supply has {axis.voltage:.3g} V, where an empty battery has {self._empty:g} V: is the emergency "
-                "switch released? Charge the battery, or correct `supply` in the wiring of this robot"
+                f"{has} an empty battery has {self._empty:g} V: is the emergency switch released? Charge the battery, "
+                "or correct `supply` in the wiring of this robot"
             )
         return None
 
-    def _low_for(self, axis: AxisReport, voltage: float) -> float:
-        """s for which a supply was too low, less those for which it was not: those between two values that agree."""
-        at, seconds, before = self._low.get(axis.node, (axis.supplied, 0.0, False))
-        low, since = voltage < LOW_SUPPLY * self._empty, axis.supplied - at
-        if low == before:
-            seconds = seconds + since if low else max(0.0, seconds - since)
-        self._low[axis.node] = axis.supplied, seconds, low
+    def _odd_for(self, axis: AxisReport, voltage: float) -> float:
+        """s for which a supply was too low or too high, less those for which it was neither: those between two values
+        that agree."""
+        at, seconds, before = self._odd_supply.get(axis.node, (axis.supplied, 0.0, False))
+        odd, since = not LOW_SUPPLY * self._empty <= voltage <= HIGH_SUPPLY * self._full, axis.supplied - at
+        if odd == before:
+            seconds = seconds + since if odd else max(0.0, seconds - since)
+        self._odd_supply[axis.node] = axis.supplied, seconds, odd
         return seconds
 
     def _reason(self, axis: AxisReport, heard_until: float) -> str:

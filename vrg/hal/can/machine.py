@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport, MotorState
-from vrg.hal.can.base import DriveBase, Estimate
-from vrg.hal.can.guard import BUSY, START_TIMEOUT, Guard
-from vrg.hal.can.plausibility import Plausibility
+from vrg.hal.can.base import BEGINNING, DriveBase, Estimate
+from vrg.hal.can.guard import ANY_SUPPLY, BUSY, START_TIMEOUT, Guard
+from vrg.hal.can.plausibility import ENCODER, Plausibility
 from vrg.hal.driver import COMMAND_TIMEOUT
 
 log = logging.getLogger(__name__)
@@ -73,7 +73,7 @@ class StateMachine:
 
     Args:
         name: the robot's name, for messages. base: its wheels and its odometry.
-        empty: the voltage of an empty battery, V; 0 if it is not known.
+        supply: the voltages of an empty and a full battery, V; 0 and infinity if they are not known.
 
     Attributes:
         phase: whether the drives can be spoken to. guard: judges what they report. reports: what they report, by node.
@@ -81,10 +81,10 @@ class StateMachine:
             missing.
     """
 
-    def __init__(self, name: str, base: DriveBase, empty: float = 0.0) -> None:
+    def __init__(self, name: str, base: DriveBase, supply: tuple[float, float] = ANY_SUPPLY) -> None:
         self.name = name
         self.base = base
-        self._empty = empty
+        self._supply = supply
         self._complained = ""
         self.begin([])
         self.close()
@@ -93,7 +93,7 @@ class StateMachine:
         """A meeting begins (see vrg.hal.can.meeting), with drives of which nothing has been heard."""
         self.phase = Phase.MEETING
         self.reports = {report.node: report for report in reports}
-        self.guard = Guard(reports, self._empty, {axis.node: axis.serial for axis in self.base.axes})
+        self.guard = Guard(reports, self._supply, {axis.node: axis.serial for axis in self.base.axes})
         self.base.restart()
         self.rebind(self.base)
         self.heard_until = self._looked = self._polled = self._ordered = self._commanded = NEVER
@@ -272,7 +272,9 @@ class StateMachine:
         estimate = Estimate(report.position, report.velocity, report.measured)
         way = self.base.update(node, estimate, report.wrap)
         if way is None and (guard.armed or guard.disarmed_because is not None):
-            guard.latch(f"node {node}: its position jumped: was the drive started again?")
+            where = f"node {node}: its position jumped to {report.position:.4g} turns"
+            again = abs(report.position) < BEGINNING
+            guard.latch(f"{where}: {'was the drive started again?' if again else ENCODER}")
         # Without setpoints a motor stops, as it must.
         fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
         driven = guard.armed_by_player and report.state is MotorState.CLOSED_LOOP and fresh

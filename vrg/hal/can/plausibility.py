@@ -38,8 +38,12 @@ _WAY_MEMORY, _WAY_FADE = 3.0, 30.0
 differs by a tenth is found within a metre, unless the robot hardly moves."""
 _JUMP_TIMEOUT = 0.3
 """s within which a jump of the position is taken back if it was a frame that came late."""
+_FLIPS, _FLIP_WINDOW = 3, 10.0
+"""Jumps within so many s that may be taken back. None counts that begins after a gap, when frames may come in a burst."""
 _UNBELIEVABLE = 10.0
 """The number of times its top speed that no motor turns at, not even if the robot is pushed."""
+ENCODER = "is its encoder loose, its cable disturbed, or are its numbers of another byte order or unit?"
+"""What a person should ask about a position that jumps."""
 _SETPOINTS = 256
 """The most setpoints that are kept until a newer estimate has arrived."""
 _GAP = 0.1
@@ -87,6 +91,8 @@ class Plausibility:
         self._slipped = 0.0
         self._off = self._doubt = 0.0
         self._jump, self._jumped_at, self._stepped_at = 0.0, math.inf, 0.0
+        self._gapped, self._flips = False, deque([-math.inf], maxlen=_FLIPS)
+        self._obeyed = 0.0
 
     def ask(self, velocity: float, now: float) -> None:
         """A setpoint was sent."""
@@ -132,7 +138,7 @@ class Plausibility:
         if driven and not self._driven:
             self._least, self._most = min(0.0, velocity), max(0.0, velocity)
             self._setpoint = self._wrong = self._missed = self._slipped = 0.0
-            self._off = self._doubt = 0.0
+            self._off = self._doubt = self._obeyed = 0.0
         self._driven = driven
         now = self._at if self._heard else at
         while self._asked and self._asked[0][0] <= at:
@@ -159,6 +165,8 @@ class Plausibility:
         slack = _SPEED_SLACK * self.bounds.speed
         if not self._beyond(velocity, slack):
             self._wrong = 0.0
+            if abs(velocity - self._setpoint) <= slack:
+                self._obeyed = self._setpoint
             return None
         if not self._wrong:
             self._began = velocity
@@ -180,6 +188,8 @@ class Plausibility:
         """What is wrong with a speed, in words."""
         asked = self._setpoint
         what = f"turns at {velocity:.3g} turn/s, though it was asked for {asked:.3g}"
+        if abs(velocity - self._obeyed) < (1.0 - _SLOWING) * abs(self._obeyed):
+            return f"it still {what}: it obeys no setpoint since. Does it hear this computer, and is it in its mode?"
         if abs(velocity) <= min(_SPEED_SLACK * self.bounds.speed, STANDSTILL_SHARE * abs(asked)):
             return f"it stands, though it was asked for {asked:.3g} turn/s: is its wheel blocked, or its encoder dead?"
         if velocity * asked < 0.0 and self._began * velocity > 0.0 and abs(velocity) < _SLOWING * abs(self._began):
@@ -197,14 +207,29 @@ class Plausibility:
             return None
         step = way - (velocity + self._velocity) / 2 * dt
         if abs(step) > self.bounds.slip + abs(velocity - self._velocity) * dt:
+            if self._jumped_at == math.inf:
+                self._gapped = dt > _GAP
             self._jump, self._jumped_at, self._stepped_at = self._jump + step, min(self._jumped_at, at), at
+            if abs(self._jump) <= self.bounds.slip:
+                self._jump, self._jumped_at = 0.0, math.inf
+                return None if self._gapped else self._flip(at)
         # Steps that do not end are no jump, but a speed and a position of different units.
         if at - self._jumped_at <= _JUMP_TIMEOUT or at - self._stepped_at <= _GAP:
             return None
         jump, self._jump, self._jumped_at = self._jump, 0.0, math.inf
         if abs(jump) <= self.bounds.slip:
             return None
-        return f"its position jumped by {jump:+.3g} turns: is its encoder loose, or its cable disturbed?"
+        return f"its position jumped by {jump:+.3g} turns: {ENCODER}"
+
+    def _flip(self, at: float) -> str | None:
+        """A jump was taken back; what is wrong where that happens again and again, in words."""
+        self._flips.append(at)
+        if at - self._flips[0] > _FLIP_WINDOW:
+            return None
+        return (
+            f"its position jumped to and fro {_FLIPS} times within {_FLIP_WINDOW:g} s, so that the way of the robot is "
+            f"not known: {ENCODER} Do its frames come in their order?"
+        )
 
     def _slip(self, velocity: float, way: float | None, dt: float, heard: float) -> str | None:
         if way is None:

@@ -17,6 +17,7 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis, ProtocolOptions
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.guard import ANY_SUPPLY
 from vrg.hal.can.link import Link, Medium
 from vrg.hal.can.machine import AxisMethod, Order, Phase, StateMachine
 from vrg.hal.can.meeting import ASK_PERIOD, Meeting, MeetingStep, MissingError
@@ -67,7 +68,7 @@ class DriveTrain:
         protocol: what its drives speak. wheel_axes: how its motors drive its wheels. model: its description.
         options: the protocol's options of its drives; None for the defaults.
         unwatched: a person has allowed that its drives are driven without watchdogs of their own.
-        empty: the voltage of an empty battery, V; 0 if it is not known.
+        supply: the voltages of an empty and a full battery, V.
 
     Attributes:
         clock: the time of its bus.
@@ -84,7 +85,7 @@ class DriveTrain:
         *,
         options: ProtocolOptions | None = None,
         unwatched: bool = False,
-        empty: float = 0.0,
+        supply: tuple[float, float] = ANY_SUPPLY,
     ) -> None:
         self.name = name
         self._options = options
@@ -94,7 +95,7 @@ class DriveTrain:
         self.clock = medium.clock
         self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._lock = threading.RLock()
-        self._machine = StateMachine(name, DriveBase(wheel_axes, model), empty)
+        self._machine = StateMachine(name, DriveBase(wheel_axes, model), supply)
         self._axes: dict[int, Axis] = {}
         self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
         self._heard: deque[Frame] = deque(maxlen=_KEPT)

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from vrg.errors import ConfigError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
+from vrg.hal.can.guard import ANY_SUPPLY
 from vrg.hal.can.link import AdapterValue, known_interface
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.models.drivetrain import Drivetrain
@@ -109,9 +110,9 @@ class RobotWiring(Table):
         return value
 
     @property
-    def empty(self) -> float:
-        """The voltage of an empty battery, V; 0 if it is not given."""
-        return self.supply[0] if "supply" in self.model_fields_set else 0.0
+    def judged_supply(self) -> tuple[float, float]:
+        """The voltage of an empty and of a full battery, V; any if they are not given."""
+        return self.supply if "supply" in self.model_fields_set else ANY_SUPPLY
 
     @property
     def nodes(self) -> list[int]:

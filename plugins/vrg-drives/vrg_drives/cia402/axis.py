@@ -26,6 +26,7 @@ from vrg_drives.cia402.codec import (
     NODE_IDS,
     NODE_MASK,
     POWERED,
+    PROFILE_VELOCITY,
     SDO_DOWNLOADS,
     SERIAL_NUMBER,
     SETPOINT_PDO,
@@ -260,7 +261,12 @@ class Cia402Axis(Axis):
                 # A button at the drive: it is off from this moment, before its statusword shows it.
                 self.state, self._wanted = MotorState.ESTOP, False
         elif function == Function.TPDO1:
-            status, error, _mode = STATUS_PDO.values(frame.data)
+            status, error, mode = STATUS_PDO.values(frame.data)
+            if self._settled and mode != PROFILE_VELOCITY:
+                self._complain(
+                    f"its mode of operation (0x6061) is {mode}, expected {PROFILE_VELOCITY}, profile velocity: somebody "
+                    "has changed it, by another program or at the drive"
+                )
             self._take_status(status, frame.at)
             self._judge(status, error)
         elif function == Function.TPDO2:
