@@ -4,6 +4,7 @@ import errno
 import time
 
 import can
+import can.interfaces.virtual
 import pytest
 
 from tests.hal.can.live import PATIENCE
@@ -39,6 +40,26 @@ def test_frames_of_others_do_not_hide_that_nothing_waits(wanted: list[Filter] | 
         assert bool(heard) == (wanted is None)
         assert quiet == sorted(quiet)
         assert all(began <= at <= REAL_CLOCK.now() for at in quiet)
+    finally:
+        bus.stop()
+        other.stop()
+
+
+def test_an_adapter_that_gives_back_own_frames_is_found_out_by_the_first() -> None:
+    """Else each setpoint would look like that of another program."""
+    heard: list[Frame] = []
+    bus, other = CanBus(LINK, heard.append), CanBus(LINK, lambda _: None)
+    bus.start()
+    other.start()
+    try:
+        assert isinstance(bus._bus, can.interfaces.virtual.VirtualBus)
+        bus._bus.receive_own_messages = True
+        for number in range(5):
+            bus.send(Frame(0x10, bytes([number])))
+        other.send(Frame(0x20))
+        other.send(Frame(0x10, b"\x02"))
+        assert REAL_CLOCK.wait(lambda: len(heard) >= 2, PATIENCE)
+        assert [(frame.id, frame.data) for frame in heard] == [(0x20, b""), (0x10, b"\x02")]
     finally:
         bus.stop()
         other.stop()

@@ -34,6 +34,10 @@ _WALL_CLOCK = frozenset({"socketcan", "udp_multicast"})
 """Interfaces whose time stamps are the time of day; others count from the start of the machine or of an adapter."""
 _ECHOING = frozenset({"udp_multicast", "gs_usb", "cantact"})
 """Interfaces that give a sender its own frames back."""
+_SILENT = frozenset({"socketcan"})
+"""Interfaces that do not; of all others it is learnt from the first frame that is sent, which is a question."""
+_ECHO_TIMEOUT = 0.2
+"""s within which an adapter that gives frames back has done so."""
 
 
 class CanBus:
@@ -63,8 +67,10 @@ class CanBus:
         self._stopping = threading.Event()
         self._heard_until = 0.0
         self._wanted: list[Filter] | None = None
-        echoing = link.interface in _ECHOING or bool(link.adapter.get("receive_own_messages"))
-        self._echoes = Echoes() if echoing else None
+        told = link.interface in _ECHOING or bool(link.adapter.get("receive_own_messages"))
+        self._echoing = True if told else False if link.interface in _SILENT else None
+        self._first_sent: float | None = None
+        self._echoes = Echoes()
         self._echo_lock = threading.Lock()
         self._fd = False
         self._stamps = Stamps() if link.interface in _WALL_CLOCK else None
@@ -147,12 +153,14 @@ class CanBus:
             return delay
 
     def _put(self, bus: can.BusABC, frame: Frame) -> None:
-        if self._echoes is None:
+        if self._echoing is False:
             bus.send(can_message(frame))
             return
         # It may come back before `send` returns, and who receives it must not wait for that.
         with self._echo_lock:
-            self._echoes.sent(frame, time.monotonic())
+            now = time.monotonic()
+            self._echoes.sent(frame, now)
+            self._first_sent = now if self._first_sent is None else self._first_sent
         try:
             bus.send(can_message(frame))
         except BaseException:
@@ -213,10 +221,17 @@ class CanBus:
 
     def _is_echo(self, frame: Frame) -> bool:
         """True if this is one of our own frames that comes back."""
-        if self._echoes is None:
+        if self._echoing is False:
             return False
         with self._echo_lock:
-            return self._echoes.returns(frame, time.monotonic())
+            now = time.monotonic()
+            back = self._echoes.returns(frame, now)
+            if self._echoing is None and back:
+                log.info("%s: the adapter gives back the frames that it sends: they are dropped", self.link)
+                self._echoing = True
+            elif self._echoing is None and self._first_sent is not None and now - self._first_sent > _ECHO_TIMEOUT:
+                self._echoing = False
+            return back
 
     def _error_frame(self, message: can.Message) -> None:
         words = describe_error_frame(message.arbitration_id, bytes(message.data))

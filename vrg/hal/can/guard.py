@@ -331,8 +331,8 @@ class Guard:
                 return True
             node = next(axis.node for axis in watched if axis.node not in self._proved)
             self.latch(
-                f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints, as far "
-                "as it reports: set the watchdog in the drive to 0.2 s. Where it has that, frames come late: try "
+                f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints, as "
+                "far as it reports: set the watchdog in the drive to 0.2 s. Where it has that, frames come late: try "
                 'without gateways, or with another adapter. To do without, write watchdog = "unsafe" in the wiring of '
                 "this robot (`vrg can jog`: --unsafe)"
             )

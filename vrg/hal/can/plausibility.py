@@ -39,7 +39,8 @@ differs by a tenth is found within a metre, unless the robot hardly moves."""
 _JUMP_TIMEOUT = 0.3
 """s within which a jump of the position is taken back if it was a frame that came late."""
 _FLIPS, _FLIP_WINDOW = 3, 10.0
-"""Jumps within so many s that may be taken back. None counts that begins after a gap, when frames may come in a burst."""
+"""Jumps within so many s that may be taken back. One that begins after a gap does not count: frames may come in a
+burst."""
 _UNBELIEVABLE = 10.0
 """The number of times its top speed that no motor turns at, not even if the robot is pushed."""
 ENCODER = "is its encoder loose, its cable disturbed, or are its numbers of another byte order or unit?"

@@ -173,8 +173,8 @@ class DriveTrain:
             for name, now in axis.traits.items():
                 if now != before[name]:
                     raise RobotError(
-                        f"node {axis.node}: {name}: expected {before[name]}, as when the robot was connected, got {now}: "
-                        "set it as it was, or connect the robot anew"
+                        f"node {axis.node}: {name}: expected {before[name]}, as when the robot was connected, got "
+                        f"{now}: set it as it was, or connect the robot anew"
                     )
         self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
 
@@ -251,10 +251,11 @@ class DriveTrain:
             self._obey(self._machine.release(self.clock.now()))
 
     def recover(self) -> None:
-        """Open the bus anew, meet the drives again, and clear their errors, as a person has decided; the motors stay off.
+        """Open the bus anew, meet the drives again and clear their errors, as a person wants it; the motors stay off.
 
-        A drive that would be refused at connection is refused here, too, and one that is not what it was. What is wrong latches again within a second. The emergency stop stays. It waits for answers of the
-        drives, so it is called on a thread of its own. `close` ends it.
+        A drive that would be refused at connection is refused here, too, and so is one that is not what it was. What is
+        wrong latches again. The emergency stop stays. It waits for answers of the drives, so it is called on a thread
+        of its own. `close` ends it.
         """
         with self._lock:
             orders = self._machine.recover(self.clock.now())

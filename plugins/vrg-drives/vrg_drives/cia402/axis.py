@@ -264,8 +264,8 @@ class Cia402Axis(Axis):
             status, error, mode = STATUS_PDO.values(frame.data)
             if self._settled and mode != PROFILE_VELOCITY:
                 self._complain(
-                    f"its mode of operation (0x6061) is {mode}, expected {PROFILE_VELOCITY}, profile velocity: somebody "
-                    "has changed it, by another program or at the drive"
+                    f"its mode of operation (0x6061) is {mode}, expected {PROFILE_VELOCITY}, profile velocity: was it "
+                    "changed by another program, or at the drive?"
                 )
             self._take_status(status, frame.at)
             self._judge(status, error)

@@ -91,10 +91,9 @@ class MoteusDrive(EmulatedDrive):
             return []
         if text := codec.typed_text(frame):
             self._type(text)
-            return []
-        if (most := codec.asked_text(frame)) is not None:
+        if (most := codec.asked_text(frame)) is not None and reply:
             told, self._printed = self._printed[:most], self._printed[most:]
-            return [codec.answer_text(self.node, source, told)] if reply else []
+            return [codec.answer_text(self.node, source, told)]
         try:
             subframes = codec.decode(frame)
         except FrameError:
