@@ -10,6 +10,7 @@ from collections import deque
 import pytest
 from msgspec.structs import replace
 
+from vrg.errors import RobotError
 from vrg.hal.can.axis import MotorState
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import DriveOptions
@@ -117,3 +118,39 @@ def test_a_register_that_is_no_whole_number_is_odd(wire: LateWire, register: Reg
     told = Subframe(SubframeKind.REPLY, register, Resolution.F32, (math.nan,))
     wire.axis.receive(replace(codec.encode(NODE, 0, [told]), at=NOW))
     assert wire.axis.implausible == f"register 0x{register:03X}: expected a whole number, it says nan"
+
+
+def told(milliseconds: int, velocity: float = 0.0, mode: int = 10) -> list[Subframe]:
+    """What a drive answers some time after it was switched on."""
+    return [
+        Subframe(SubframeKind.REPLY, Register.MODE, Resolution.INT8, (mode,)),
+        Subframe(SubframeKind.REPLY, Register.POSITION, Resolution.F32, (0.0, velocity)),
+        Subframe(SubframeKind.REPLY, Register.MILLISECONDS, Resolution.INT32, (milliseconds,)),
+    ]
+
+
+def test_an_answer_that_a_gateway_repeats_or_delays_is_no_restart(wire: LateWire) -> None:
+    for after, uptime, velocity in ((0.0, 5000, 1.0), (0.02, 5020, 2.0), (0.03, 5000, 1.0), (0.04, 4900, 0.5)):
+        wire.axis.receive(replace(codec.encode(NODE, 0, told(uptime, velocity)), at=NOW + after))
+    assert wire.axis.implausible is None
+    assert wire.axis.velocity == 2.0, "what is older than what was heard is dropped"
+    assert wire.axis.heard == NOW + 0.02
+
+
+@pytest.mark.parametrize("uptime", [0, 100, 380])
+def test_a_drive_that_was_started_again_has_run_for_no_longer_than_it_was_away(wire: LateWire, uptime: int) -> None:
+    for after, since in ((0.0, 5000), (0.4, uptime)):
+        wire.axis.receive(replace(codec.encode(NODE, 0, told(since)), at=NOW + after))
+    assert wire.axis.implausible == "it was started again"
+
+
+def test_a_drive_whose_watchdog_cannot_brake_is_refused() -> None:
+    sent: list[Frame] = []
+    axis = MoteusAxis(NODE, lambda frame, **_: sent.append(frame), SimulatedClock())
+    with pytest.raises(RobotError, match=r"servo.timeout_mode 15`, so that its watchdog brakes, got no answer"):
+        axis.prepare()
+    assert len({codec.typed_text(frame) for frame in sent} - {b""}) == 1
+    answer = codec.answer_text(NODE, 0, b"ERR unknown\r\n")
+    axis = MoteusAxis(NODE, lambda _frame, **_: axis.receive(answer), SimulatedClock())
+    with pytest.raises(RobotError, match="got ERR unknown"):
+        axis.prepare()

@@ -103,3 +103,44 @@ def test_a_fault_is_read_and_ended_by_a_stop(master: Master) -> None:
     assert master.run(0.2, 6.0)[moteus.Register.MODE] == Mode.FAULT
     master.send(master.controller.make_stop())
     assert master.send(master.controller.make_query())[moteus.Register.FAULT] == 0
+
+
+class TestConsole:
+    """The diagnostic channel, which `moteus_tool` types into."""
+
+    def console(self, master: Master, text: bytes) -> bytes:
+        """What the drive prints after this was typed."""
+        for part in (text[:4], text[4:]):
+            assert master.send(master.controller.make_diagnostic_write(part)) == {}
+        command = master.controller.make_diagnostic_read()
+        frame = Frame(codec.frame_id(0, NODE, reply=True), bytes(command.data), extended=True, fd=True)
+        (answer,) = master.drive.receive(frame, master.now)
+        told: bytes = command.parse(SimpleNamespace(arbitration_id=answer.id, data=answer.data)).data
+        return told
+
+    def test_its_stop_stops(self, master: Master) -> None:
+        master.run(1.0, 6.0)
+        assert self.console(master, b"d stop\n") == b"OK\r\n"
+        assert master.send(master.controller.make_query())[moteus.Register.MODE] == Mode.STOPPED
+        master.now += 0.3
+        master.drive.step(master.now)
+        assert abs(master.drive.motor.velocity) < 0.1
+        assert self.console(master, b"") == b"", "what was told is not told again"
+
+    @pytest.mark.parametrize(("mode", "longest"), [(12, 1.0), (15, 0.35)])
+    def test_it_says_what_the_drive_does_on_a_time_out(self, master: Master, mode: int, longest: float) -> None:
+        assert self.console(master, b"conf get servo.timeout_mode\n") == b"12\r\n"
+        assert self.console(master, b"conf set servo.timeout_mode %d\n" % mode) == b"OK\r\n"
+        assert self.console(master, b"conf get servo.timeout_mode\n") == b"%d\r\n" % mode
+        master.run(2.0, 50.0)
+        began = master.now
+        while abs(master.drive.motor.velocity) > 0.5:
+            master.now += 0.01
+            master.drive.step(master.now)
+            assert master.now - began < longest
+        assert (master.now - began > 0.35) == (mode == 12), "the current of its drive is limited"
+        assert master.send(master.controller.make_query())[moteus.Register.MODE] == Mode.TIMEOUT
+
+    @pytest.mark.parametrize("text", [b"conf set servo.timeout_mode 3\n", b"conf set id.id 7\n", b"nonsense\n"])
+    def test_it_refuses_what_it_does_not_know(self, master: Master, text: bytes) -> None:
+        assert self.console(master, text).startswith(b"ERR")
