@@ -3,7 +3,6 @@
 import pytest
 
 from tests.command_line import invoke
-from vrg.hal.can import guard
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
 from vrg.hal.can.machine import StateMachine
@@ -42,9 +41,9 @@ def latches_for_no_reason(guard: Guard, heard_until: float) -> str | None:
         (StateMachine, "_estimate", lambda *_: None),
         (Guard, "_problem", latches_for_no_reason),
         (DriveBase, "update", lambda _self, _node, _estimate, _turns: 0.0),
-        (guard, "HEARTBEAT_TIMEOUT", 1e9),
+        (Guard, "_silence", lambda *_: None),
     ],
-    ids=["believes its encoders", "false alarms", "does not count", "waits for heartbeats"],
+    ids=["believes its encoders", "false alarms", "does not count", "waits for who is silent"],
 )
 def test_code_that_is_broken_is_found(
     monkeypatch: pytest.MonkeyPatch, where: object, name: str, instead: object

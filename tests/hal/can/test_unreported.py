@@ -5,105 +5,20 @@ motors truly do from then on.
 """
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.hal.can.bench import NODES, RATIO, STEP, DeviceBench, Drives, Lab
-from tests.hal.can.handling import armed, drive_on, driving, notices, recovers, wait
+from tests.hal.can.bench import NODES, DeviceBench, Drives, Lab
+from tests.hal.can.handling import drive_on, driving, notices, recovers, wait
+from tests.hal.can.scenes import AHEAD, ALL, Case, Plant, Scene, encoder, judge, motor, plug, scene_of
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.models import robot_model
 from vrg.types import STILL, Twist
 
-STANDS = 0.5
-"""turn/s below which a motor stands."""
-TICKS = 5
-"""Steps of the simulation in a tick of the player."""
-TRACK, RADIUS = robot_model("P2AT").drivetrain.effective_track, robot_model("P2AT").drivetrain.wheel_radius
-AHEAD, SLOW, CRAWL = Twist(0.33, 0.0), Twist(0.1, 0.0), Twist(0.03, 0.0)
-
-
-@dataclass
-class Scene:
-    """A robot that drives, and the drive of its right wheel, in which a fault is planted."""
-
-    protocol: str
-    bench: DeviceBench
-    drives: Drives
-    mend: list[Callable[[], None]] = field(default_factory=list)
-
-    @property
-    def drive(self) -> EmulatedDrive:
-        return self.drives.drives[1]
-
-    @property
-    def now(self) -> float:
-        return self.bench.now
-
-    def wrap(self, target: object, name: str, instead: object) -> None:
-        """Let a method do something else until the fault is mended."""
-        setattr(target, name, instead)
-        self.mend.append(lambda: delattr(target, name))
-
-    @property
-    def turning(self) -> float:
-        """How fast the wheels truly turn the robot, rad/s."""
-        left, right = (drive.motor.velocity / RATIO * math.tau * RADIUS for drive in self.drives.drives)
-        return (right - left) / TRACK
-
-
-Plant = Callable[[Scene], None]
-
-
-def plug(cut: Callable[[float], bool], *, hears: bool = False, speaks: bool = False) -> Plant:
-    """Cut the wires of the drive: `cut` is a function of the s since then; a direction may stay whole."""
-
-    def plant(scene: Scene) -> None:
-        drive, began = scene.drive, scene.now
-        receive, step = drive.receive, drive.step
-
-        def received(frame: Frame, now: float) -> list[Frame]:
-            off = cut(now - began)
-            if off and not hears:
-                drive._advance(now)
-                return []
-            answers = receive(frame, now)
-            return answers if speaks or not off else []
-
-        def stepped(now: float) -> list[Frame]:
-            frames = step(now)
-            return frames if speaks or not cut(now - began) else []
-
-        scene.wrap(drive, "receive", received)
-        scene.wrap(drive, "step", stepped)
-
-    return plant
-
-
-def encoder(says: Callable[[float, float, float, float], tuple[float, float]]) -> Plant:
-    """Let the encoder say something else: of what it was at the beginning, and of what is."""
-
-    def plant(scene: Scene) -> None:
-        drive = scene.drive
-        estimates = drive._estimates
-        before = estimates()
-        scene.wrap(drive, "_estimates", lambda: says(*before, *estimates()))
-
-    return plant
-
-
-def motor(turns: Callable[[float, float], tuple[float, float]]) -> Plant:
-    """Let the motor turn otherwise: by the s that pass and the speed that is asked for, and what it makes of both."""
-
-    def plant(scene: Scene) -> None:
-        turn = scene.drive.motor.turn
-        scene.wrap(scene.drive.motor, "turn", lambda dt, velocity: turn(*turns(dt, velocity)))
-
-    return plant
+SLOW, CRAWL = Twist(0.1, 0.0), Twist(0.03, 0.0)
 
 
 def without_a_phase(scene: Scene) -> None:
@@ -208,27 +123,6 @@ def planted(kind: FaultKind, value: int = 0) -> Plant:
     return plant
 
 
-@dataclass(frozen=True)
-class Case:
-    """A fault.
-
-    Args:
-        what: its name. protocols: of the drives. plant: lets it happen. words: one of them is in what is reported.
-        within: s from then until the robot stands for good. turn: rad by which it may turn meanwhile.
-        twist: how it drives before, and `then`: how afterwards.
-    """
-
-    what: str
-    protocols: str
-    plant: Plant
-    words: tuple[str, ...]
-    within: float = 1.0
-    turn: float = 0.8
-    twist: Twist = AHEAD
-    then: Twist | None = None
-
-
-ALL = "odrive cia402 moteus vesc"
 CASES = (
     Case("a loose plug", ALL, plug(lambda t: t % 0.6 < 0.3), ("its frames or its setpoints were lost",), 2.0, 1.2),
     Case("it hears nothing", ALL, plug(lambda _: True, speaks=True), ("hear this computer", "no heartbeat"), 2.5, 0.8),
@@ -251,9 +145,18 @@ CASES = (
     Case("a fifth of its speed", ALL, limited, ("is it blocked or limited",), 1.0, 0.6),
     Case("it jerks", ALL, jerking, ("though it was asked for",), 3.0, 0.6),
     Case("it starts again, each second", ALL, restarting, ("started again", "idle", "jumped", "heartbeat"), 1.0, 0.6),
-    Case("no setpoint", "odrive", lost(lambda f, _: f.id == 1 << 5 | 0x0D), ("its setpoints were lost",), 2.0, 0.4),
-    Case("no setpoint", "cia402", lost(lambda f, _: f.id == 0x300 | 2), ("asked for",), 1.5, 0.8, AHEAD, SLOW),
-    Case("no setpoint", "vesc", lost(lambda f, _: f.id == 3 << 8 | 2), ("its setpoints were lost",), 2.0, 0.4),
+    Case("no setpoint", "odrive", lost(lambda f, _: f.id == 1 << 5 | 0x0D), ("its setpoints were lost",), 2.5, 0.4),
+    Case(
+        "no setpoint",
+        "cia402",
+        lost(lambda f, _: f.id == 0x300 | 2),
+        ("its setpoints were lost",),
+        1.5,
+        0.8,
+        AHEAD,
+        SLOW,
+    ),
+    Case("no setpoint", "vesc", lost(lambda f, _: f.id == 3 << 8 | 2), ("does it hear this computer",), 2.0, 0.4),
     Case("no heartbeat", "odrive", lost(lambda f, own: own and f.id == 1 << 5 | 1), ("no heartbeat",), 1.0, 0.1),
     Case("no estimate", "odrive", lost(lambda f, own: own and f.id == 1 << 5 | 9), ("no encoder message",), 1.0, 0.1),
     Case("no statusword", "cia402", lost(lambda f, _: f.id == 0x180 | 2), ("whether its motor is on",), 1.0, 0.1),
@@ -270,41 +173,13 @@ BRIEF = {
 TABLE = {f"{spoken}: {case.what}": (spoken, case) for case in CASES for spoken in case.protocols.split()}
 
 
-@pytest.fixture
-def scene(protocol: str) -> Iterator[Scene]:
-    with Drives(protocol) as drives, DeviceBench(protocol, supply=[20.0, 25.2]) as bench:
-        yield Scene(protocol, bench, drives)
-
-
 @pytest.mark.parametrize(
     ("protocol", "case"),
     [pytest.param(*row, id=name, marks=() if name in BRIEF else pytest.mark.thorough) for name, row in TABLE.items()],
 )
-def test_the_robot_stands_and_the_fault_is_named(scene: Scene, case: Case) -> None:
-    bench = scene.bench
-    armed(bench)
-    for _ in range(20):
-        drive_on(bench, case.twist)
-    assert not bench.trouble
-    case.plant(scene)
-    began, moved, turned = scene.now, scene.now, 0.0
-    while scene.now < began + case.within + 2.0:
-        drive_on(bench, case.then or case.twist, 0.0)
-        for _ in range(TICKS):
-            bench.advance(STEP)
-            turned += scene.turning * STEP
-            if any(abs(drive.motor.velocity) > STANDS for drive in scene.drives.drives):
-                moved = scene.now
-    assert any(words in bench.trouble for words in case.words), bench.trouble or "nobody notices"
-    assert moved - began <= case.within, f"it stands after {moved - began:.2f} s"
-    assert abs(turned) <= case.turn, f"it has turned by {math.degrees(turned):.0f} degrees"
-    fault = bench.trouble
-    for mend in scene.mend:
-        mend()
-    for _ in range(5):
-        drive_on(bench)
-    assert bench.trouble == fault, "a drive that is well again clears nothing"
-    recovers(bench)
+def test_the_robot_stands_and_the_fault_is_named(protocol: str, case: Case) -> None:
+    with scene_of(protocol) as scene:
+        judge(scene, case)
 
 
 EVERY_PROTOCOL = pytest.mark.parametrize("protocol", NODES)

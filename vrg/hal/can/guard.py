@@ -109,7 +109,7 @@ class Guard:
         self.armed_at = -math.inf
         self._commanded = -math.inf
         self._gap, self._late_at, self._slow_at = 0.0, -math.inf, -math.inf
-        self._proofs = 0
+        self._proofs, self._proved_before = 0, False
         self._failed_starts = Counter[int]()
         self._dropouts = Dropouts()
         self._odd_supply: dict[int, tuple[float, float, bool]] = {}
@@ -120,8 +120,8 @@ class Guard:
         """A person has connected or recovered the robot: judge anew from here."""
         self.fault = None
         self.not_off = self.disarmed_because = None
-        self.unproved = not all(axis.unwatched for axis in self._axes)
-        self.rearm_pending, self._proofs = False, 0
+        self.unproved = not self._unwatched
+        self.rearm_pending, self._proofs, self._proved_before = False, 0, False
         self._on_since.clear()
         self._failed_starts.clear()
         self._dropouts.clear()
@@ -183,6 +183,11 @@ class Guard:
         """No setpoint came in time: the robot is disarmed until it is armed again."""
         self.disarm()
         self.disarmed_because = words
+
+    @property
+    def _unwatched(self) -> bool:
+        """True if no drive has a watchdog to prove."""
+        return all(axis.unwatched for axis in self._axes)
 
     @property
     def unknown(self) -> int | None:
@@ -258,6 +263,8 @@ class Guard:
         if self.armed_by_player and (again or self.fault or self.estop or lapsed):
             self.armed_by_player, self.disarmed_because = False, None if again or self.fault or self.estop else lapsed
             self.rearm_pending = again and not self.fault
+            if lapsed:
+                self.unproved = not self._unwatched  # what was late or lost may be so from now on
             self.ordered_off(heard_until)
             return True
         self._find_not_off(heard_until)
@@ -298,9 +305,12 @@ class Guard:
             )
 
     def _find_dropouts(self, heard_until: float) -> None:
-        """Find drives that are heard again after a moment of silence, again and again."""
+        """Find drives that are heard again after a moment of silence, again and again. Each says anew who it is."""
         for axis in self._axes:
-            if words := self._dropouts.silent(axis.node, heard_until - self._heard_of(axis), heard_until):
+            silence = heard_until - self._heard_of(axis)
+            if silence > DROPOUT:
+                axis.forget_serials()
+            if words := self._dropouts.silent(axis.node, silence, heard_until):
                 self.latch(words)
 
     def _excuse(self, axis: AxisReport, kind: str) -> float:
@@ -325,18 +335,29 @@ class Guard:
             self._proved |= {axis.node for axis in watched if axis.expiry_reported and axis.node in self._started}
         if self._proved.issuperset(axis.node for axis in watched):
             self.unproved, self.armed_by_player, self.rearm_pending = False, False, True
+            self._proved_before, self._proofs = True, 0
         elif late and self.withholding:
             self._proofs += 1
             if self._proofs < PROOFS:
                 return True
             node = next(axis.node for axis in watched if axis.node not in self._proved)
-            self.latch(
-                f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints, as "
-                "far as it reports: set the watchdog in the drive to 0.2 s. Where it has that, frames come late: try "
-                'without gateways, or with another adapter. To do without, write watchdog = "unsafe" in the wiring of '
-                "this robot (`vrg can jog`: --unsafe)"
-            )
+            self.latch(f"node {node}: {self._unproved_words}")
         return False
+
+    @property
+    def _unproved_words(self) -> str:
+        """Why a drive's watchdog is not proved, in words."""
+        if self._proved_before:
+            return (
+                "its frames or its setpoints were lost, or they come late: its own watchdog has stopped it before, and "
+                f"not within {PROOF_TIMEOUT:g} s now. Check the wires and the plug of this drive, and what is between"
+            )
+        return (
+            f"its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints, as far as it reports: "
+            "set the watchdog in the drive to 0.2 s. Where it has that, frames come late: try without gateways, or "
+            'with another adapter. To do without, write watchdog = "unsafe" in the wiring of this robot (`vrg can '
+            "jog`: --unsafe)"
+        )
 
     @property
     def withholding(self) -> bool:

@@ -246,7 +246,7 @@ class StateMachine:
         self.heard_until = max(self.heard_until, until)
         for node in nodes:
             self._estimate(node)
-        if not self.connected:
+        if self.phase is not Phase.MET:
             return []
         self._judge_age(now - until, now)
         orders = self._poll(now)
@@ -268,12 +268,12 @@ class StateMachine:
         report, guard = self.reports[node], self.guard
         if report.measured == self._measured[node]:
             return
-        self._measured[node] = report.measured
+        gap, self._measured[node] = report.measured - self._measured[node], report.measured
         estimate = Estimate(report.position, report.velocity, report.measured)
         way = self.base.update(node, estimate, report.wrap)
         if way is None and (guard.armed or guard.disarmed_because is not None):
             where = f"node {node}: its position jumped to {report.position:.4g} turns"
-            again = abs(report.position) < BEGINNING
+            again = gap > LAG and abs(report.position) < BEGINNING
             guard.latch(f"{where}: {'was the drive started again?' if again else ENCODER}")
         # Without setpoints a motor stops, as it must.
         fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
@@ -287,7 +287,7 @@ class StateMachine:
     def _poll(self, now: float) -> list[Order]:
         """Ask the drives for what they do not send by themselves, if it is time."""
         period = POLL_PERIOD / 2 if self.guard.withholding else POLL_PERIOD
-        if self.phase is Phase.RECOVERING or now - self._polled < period:
+        if now - self._polled < period:
             return []
         self._polled = now
         orders = self._all(AxisMethod.POLL, now)
@@ -299,8 +299,11 @@ class StateMachine:
         return orders if node is None else [*orders, Order(AxisMethod.ASK_SERIAL, node)]
 
     def look(self, now: float) -> list[Order]:
-        """Judge; what is wrong, and that the drives have reported that they are off, is logged once."""
-        if not self.connected:
+        """Judge; what is wrong, and that the drives have reported that they are off, is logged once.
+
+        Drives that are met again are judged once that is over: until then they may have nothing to report to.
+        """
+        if self.phase is not Phase.MET:
             return []
         self._looked = now
         guard, off = self.guard, False
@@ -311,7 +314,7 @@ class StateMachine:
         off |= guard.look(self.heard_until)
         # Where the bus is not heard any more, the order is repeated all the same.
         again = self.bus_silence(now) > BLIND and now - self._ordered >= BLIND
-        off |= again and self.phase is not Phase.RECOVERING and not guard.armed_by_player and not guard.off
+        off |= again and not guard.armed_by_player and not guard.off
         orders = self._idle(now) if off else []
         if guard.fault != self._fault_logged:
             self._fault_logged, self._off_logged = guard.fault, False

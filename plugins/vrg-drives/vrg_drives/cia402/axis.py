@@ -150,6 +150,7 @@ class Cia402Axis(Axis):
     def forget(self) -> None:
         """Let the drive say anew who and what it is."""
         super().forget()
+        self._prepared = self._settled = False
         self._sdo.serial_answers = 0
         self._interview = Interview(self._sdo, round(HEARTBEAT * 1000), self.options, self._clock)
 

@@ -160,7 +160,10 @@ class VescAxis(Axis):
         self._unanswered += self.heard > self._polled
         self._polled = now
         if self._unanswered > _UNANSWERED:
-            self._complain("it sends its status and answers nothing: it does not hear this computer. Check its plug")
+            self._complain(
+                "it sends its status and answers nothing: it does not hear this computer, or hears it late. Check its "
+                "plug, and what is between"
+            )
         for _ in range(_AGAIN if self._unanswered else 1):
             bit = codec.FLAGS_BIT if self._poll_flags else codec.FAULT_BIT
             self._poll_flags = not self._poll_flags
@@ -170,6 +173,7 @@ class VescAxis(Axis):
         """Send a setpoint of zero; the drive obeys once it reports that its time-out has ended."""
         if self.fault or self.state is MotorState.ESTOP:
             return
+        self._ask_anew()  # what it was asked before tells of setpoints of before, however late the answer comes
         self._wanted, self._confirmed, self.expiry_reported, self.watchdog_expired = True, False, False, False
         if self.state is MotorState.IDLE:
             self.state = MotorState.STARTING
@@ -227,8 +231,8 @@ class VescAxis(Axis):
         try:
             whole = self._answers.take(frame)
         except FrameError:
-            # Pieces of two answers got mixed up: a process of another computer has this id too. Ask by another one.
-            self.host = codec.own_id(self.host - codec.HOSTS[0] + 1 + self.node % (len(codec.HOSTS) - 1))
+            # Pieces of two answers got mixed up: a process of another computer has this id too.
+            self._ask_anew()
             return
         if whole is None or whole[0] != self.node or not whole[1]:
             return
@@ -242,6 +246,10 @@ class VescAxis(Axis):
             bits, value = codec.decode_values(payload)
             if value is not None:
                 self._value(bits, value)
+
+    def _ask_anew(self) -> None:
+        """Ask by another id from now on, so that no answer to an earlier question is heard."""
+        self.host = codec.own_id(self.host - codec.HOSTS[0] + 1 + self.node % (len(codec.HOSTS) - 1))
 
     def _value(self, bits: int, value: int) -> None:
         if bits == codec.FAULT_BIT and value:
