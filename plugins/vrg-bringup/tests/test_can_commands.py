@@ -50,7 +50,7 @@ def test_all_who_say_that_their_motors_are_off_are_named_and_nobody_is_no_succes
     with Drives("odrive", [3, 4], link=LINK):
         done = run("stop")
     assert done.exit_code == 0, done.output
-    assert "Off by their own reports: odrive 3, odrive 4." in " ".join(done.output.split())
+    assert "off by their own reports: odrive 3, odrive 4." in " ".join(done.output.split())
 
 
 def test_a_drive_whose_motor_is_on_keeps_its_id(lab: Simulation) -> None:

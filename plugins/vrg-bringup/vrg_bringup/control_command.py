@@ -16,7 +16,6 @@ from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
-from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.can.workshop.survey import unheard
 from vrg.hal.models import robot_model
@@ -32,6 +31,8 @@ _FIND = 1.0
 """s for which it is listened who is there."""
 _REPEAT = 0.1
 """s from one order to stop to the next."""
+_CONFIRMATIONS = 2
+"""Times that drives are asked whether they are off: who has no heartbeat is found by the first."""
 _JOG_PERIOD = 0.05
 """s between setpoints."""
 _JOG_REST = 0.3
@@ -46,10 +47,8 @@ _HEADROOM = 2.0
 """The speed at which a motor is a runaway, as a multiple of the commanded one."""
 
 
-def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat the order.", 0.2, 600)] = 1.0) -> None:
+def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat the order.", 0.8, 600)] = 1.0) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
-    from vrg.hal.can.guard import TURNING_SPEED
-
     link, console = on.link(), make_console()
     with listening(link) as bus:
         end = bus.clock.now() + seconds
@@ -60,38 +59,54 @@ def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat t
                 bus.survey.stop()
             except RobotError as error:
                 unsent.setdefault(str(error))
+            ordered = bus.clock.now()
             bus.wait(_REPEAT)
             if bus.stop.is_set() or bus.clock.now() >= end:
                 break
-        bus.look(ask=True)
-        bus.wait(_REPEAT)
+        for _ in range(_CONFIRMATIONS):
+            bus.look(ask=True)
+            bus.wait(_REPEAT)
         heard = bus.look(ask=False)
     console.print(table_of(heard))
-    for name, why in unheard().items():
-        console.print(f"[red]Drives of the protocol {name} were not switched off: {escape(why)}.[/red]")
-    still = [found for found in heard.nodes if found.on]
-    for found in still:
-        console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
-    turning = [found for found in heard.nodes if abs(found.velocity) > TURNING_SPEED]
-    for found in turning:
-        console.print(
-            f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it reports: "
-            "cut the power of its motor[/red]"
-        )
-    for words in unsent:
-        console.print(f"[red]an order could not be sent: {escape(words)}[/red]")
+    problems = _unstopped(heard, ordered)
+    problems += [f"an order could not be sent: {words}" for words in unsent]
+    problems += [f"Drives of the protocol {name} were not switched off: {why}." for name, why in unheard().items()]
     if not heard.nodes:
-        console.print(
-            f"[red]{link}: no drive reports that its motor is off: is it the right bus, wired and powered, and is the "
-            "bit rate right?[/red]"
+        problems.append(
+            f"{link}: no drive reports that its motor is off: is it the right bus, wired and powered, and is the bit "
+            "rate right?"
         )
-    if still or turning or unsent or heard.troubles or not heard.nodes:
+    for words in problems:
+        console.print(f"[red]{escape(words)}[/red]")
+    off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if _is_off(found, ordered))
+    console.print(f"{link}: off by their own reports: {off or 'none'}.")
+    if problems or heard.troubles:
         raise typer.Exit(1)
-    off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
-    words = ", ".join(name for name in PROTOCOLS.names() if name not in unheard())
-    console.print(
-        f"{link}: all motors that speak {words} were switched off. Off by their own reports: {off or 'none'}."
-    )
+
+
+def _is_off(found: AxisReport, ordered: float) -> bool:
+    """True if a drive has reported since it was ordered to be off that it is."""
+    return found.on is False and found.reported_at >= ordered
+
+
+def _unstopped(heard: BusState, ordered: float) -> list[str]:
+    """The drives that turn on, or that have not confirmed that they are off, in words."""
+    from vrg.hal.can.guard import TURNING_SPEED
+
+    found = []
+    for report in heard.nodes:
+        if not report.is_drive:
+            continue
+        name = f"{report.protocol} {report.node}"
+        if report.on and report.reported_at >= ordered:
+            found.append(f"{name} is still on: does another program drive it?")
+        elif not _is_off(report, ordered):
+            found.append(f"{name} has not confirmed that it is off: look whether its motor turns, and cut its power")
+        if abs(report.velocity) > TURNING_SPEED:
+            found.append(
+                f"{name} still turns at {report.velocity:.3g} turn/s, whatever it reports: cut the power of its motor"
+            )
+    return found
 
 
 def clear(on: BusOptions, ids: IdsOption = None) -> None:

@@ -9,8 +9,8 @@ import pytest
 from msgspec.structs import replace as replaced
 
 from tests.hal.can.bench import NODES, PATIENCE, STEP, CanBench, Drives, Lab
-from tests.hal.can.handling import AHEAD, armed, at_rest, drive_on, driving
-from tests.hal.can.scenes import ALL, Case, Plant, Scene, encoder, judge, scene_of
+from tests.hal.can.handling import armed, at_rest, drive_on, driving
+from tests.hal.can.scenes import AHEAD, ALL, Case, Plant, Scene, encoder, judge, scene_of
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.simulation import Tamper
@@ -319,7 +319,3 @@ def test_what_is_no_fault_is_called_none(protocol: str, plant: Plant) -> None:
         assert bench.odometry.pose.x - x == pytest.approx(way, rel=0.1)
         assert bench.device.read().armed
         assert abs(bench.odometry.pose.theta) < 0.05
-
-
-def test_ahead_is_what_the_cases_drive() -> None:
-    assert Twist(0.33, 0.0) == AHEAD

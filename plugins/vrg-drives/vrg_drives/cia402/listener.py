@@ -1,6 +1,7 @@
 """CANopen nodes on a bus: how they are recognised, and what they tell; drives of profile 402 tell the most."""
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from vrg.errors import RobotError
@@ -10,6 +11,7 @@ from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
 from vrg.hal.clock import Clock
 from vrg_drives.cia402.codec import (
     NMT_WORDS,
+    NODE_IDS,
     NODE_MASK,
     POWERED,
     SAVE,
@@ -19,9 +21,12 @@ from vrg_drives.cia402.codec import (
     Nmt,
     NmtCommand,
     Object,
+    concerns,
     download,
     drive_state,
     nmt,
+    upload,
+    uploaded,
 )
 from vrg_drives.cia402.errors import describe_error
 from vrg_drives.cia402.units import units
@@ -32,9 +37,18 @@ if TYPE_CHECKING:
 _TEXTS = (Object.NAME, Object.NAME + 1, Object.FIRMWARE)
 """The names of the device and the versions of its hardware and firmware, which CiA 301 has as texts."""
 _NUMBER_BYTES = (1, 2, 4, 8)
+_LISTEN = 0.45
+"""s for which it is listened before all ids are written to: ODrives 48 to 51, which have these identifiers, have been
+heard by then."""
+_AT_ONCE, _PAUSE = 8, 0.005
+"""Frames to all ids that are sent at once, and the s until the next ones."""
+_NMT_BYTES = 2
+"""The bytes of a network command."""
 _WRITE_TIMEOUT = 2.0
 """s for a drive to save its settings."""
 _FUNCTIONS = frozenset(Function) - {Function.NMT, Function.HEARTBEAT}
+_GREETINGS = 2
+"""Times that all ids are asked: a question may get lost, and more of them would fill the bus."""
 _LASTING = (
     (Object.ENCODER_RESOLUTION, 1),
     (Object.ENCODER_RESOLUTION, 2),
@@ -64,12 +78,12 @@ class CanopenNode(AxisReport):
         node: its id. send: sends a question. clock: the time by which answers are waited for.
 
     Attributes:
-        network: its state in the network.
+        network: its state in the network; None while no heartbeat has been heard.
     """
 
     def __init__(self, node: int, send: Send, clock: Clock) -> None:
         super().__init__(node)
-        self.network = int(Nmt.BOOTED)
+        self.network: int | None = None
         self._send, self._clock = send, clock
         self._client: SdoClient | None = None
         self._answers: dict[tuple[int, int], bytes | None] = {}
@@ -86,7 +100,8 @@ class CanopenNode(AxisReport):
     @property
     def words(self) -> str:
         """Its states in the network and, if it is a drive, as one."""
-        words, status = NMT_WORDS[self.network], self._number(Object.STATUSWORD, size=2)
+        words = "no heartbeat" if self.network is None else NMT_WORDS[self.network]
+        status = self._number(Object.STATUSWORD, size=2)
         if status is None:
             return words
         known = drive_state(status)
@@ -102,9 +117,20 @@ class CanopenNode(AxisReport):
         function = frame.id & ~NODE_MASK
         if function == Function.HEARTBEAT:
             self.heard, self.network = frame.at, frame.data[0] & 0x7F
-        elif function == Function.SDO_ANSWER and self._client is not None:
-            self._client.hear(frame.data)
-            self.serials |= {f"{serial:X}" for serial in self._client.serials}
+        elif function == Function.SDO_ANSWER:
+            self.heard = frame.at
+            if concerns(frame.data, Object.STATUSWORD):
+                self._learn_status(uploaded(frame.data), frame.at)
+            if self._client is not None:
+                self._client.hear(frame.data)
+                self.serials |= {f"{serial:X}" for serial in self._client.serials}
+
+    def _learn_status(self, status: int | None, at: float) -> None:
+        """Take in its statusword; a node that has none is no drive."""
+        self.is_drive = status is not None
+        self._answers[Object.STATUSWORD, 0] = None if status is None else status.to_bytes(4, "little")
+        self.on = None if status is None else drive_state(status) in POWERED
+        self.reported_at = at
 
     def ask(self) -> None:
         """Ask it for its values. One that does not answer a question is not asked the next one."""
@@ -122,9 +148,7 @@ class CanopenNode(AxisReport):
 
     def _learn(self) -> None:
         """Put what it has answered into words and units."""
-        status, millivolts = self._number(Object.STATUSWORD, size=2), self._number(Object.VOLTAGE)
-        if status is not None:
-            self.on = drive_state(status) in POWERED
+        millivolts = self._number(Object.VOLTAGE)
         self.voltage = None if millivolts is None else millivolts / 1000
         text = self._answers.get((Object.FIRMWARE, 0)) or self._answers.get((Object.NAME, 0)) or b""
         self.firmware = text.decode("ascii", "replace").strip("\0 ")
@@ -142,40 +166,77 @@ class CanopenNode(AxisReport):
 
 
 class CanopenListener(Listener[CanopenNode]):
-    """See `Listener`. A node is recognised by its heartbeat, which hardly any frame of another protocol looks like."""
+    """See `Listener`. A node is recognised by its heartbeat, or by its answer where it has none."""
 
     word = "cia402"
     title = "CANopen"
     node_type = CanopenNode
 
+    def __init__(self, send: Send, clock: Clock) -> None:
+        super().__init__(send, clock)
+        self._greetings = 0
+        self._speaks_at = clock.now() + _LISTEN
+
     def claim(self, frame: Frame) -> Claim:
-        """A heartbeat is certainly one, and so is every frame of a node that has sent one."""
+        """A heartbeat is certainly one, as is an answer to a question for all, and every frame of a known node.
+
+        A node that starts up tells one byte of zero, as orders of other protocols do.
+        """
         number = frame.id & NODE_MASK
         if frame.extended or frame.fd or frame.remote or not number:
             return Claim.NONE
         function = frame.id & ~NODE_MASK
-        heartbeat = function == Function.HEARTBEAT and len(frame.data) == 1 and frame.data[0] & 0x7F in NMT_WORDS
-        return Claim.CERTAIN if heartbeat or (function in _FUNCTIONS and number in self.found) else Claim.NONE
+        if number in self.found and function in _FUNCTIONS:
+            return Claim.CERTAIN
+        if function == Function.HEARTBEAT and len(frame.data) == 1 and frame.data[0] & 0x7F in NMT_WORDS:
+            return Claim.CERTAIN if frame.data[0] or number in self.found else Claim.LIKELY
+        asked = self._greetings and function == Function.SDO_ANSWER and concerns(frame.data, Object.STATUSWORD)
+        return Claim.CERTAIN if asked else Claim.NONE
+
+    def owns(self, frame: Frame) -> bool:
+        """True for a frame to or from a known node, or a network command."""
+        if frame.extended or frame.fd or frame.remote or not self.found:
+            return False
+        if frame.id == Function.NMT:
+            return len(frame.data) == _NMT_BYTES
+        return frame.id & ~NODE_MASK in set(Function) and frame.id & NODE_MASK in self.found
 
     def hear(self, frame: Frame) -> None:
         """Take in a frame: heartbeats, and the answers to what was asked."""
-        number = frame.id & NODE_MASK
-        if number in self.found or frame.id & ~NODE_MASK == Function.HEARTBEAT:
-            self._recognise(number, frame).receive(frame)
+        self._recognise(frame.id & NODE_MASK, frame).receive(frame)
+
+    def greet(self) -> None:
+        """Ask all ids whether a drive is there that is on: some have no heartbeat."""
+        if self._greetings < _GREETINGS and self._clock.now() >= self._speaks_at:
+            self._greetings += 1
+            self._send_all(upload(number, Object.STATUSWORD) for number in NODE_IDS)
+
+    def _send_all(self, frames: Iterable[Frame]) -> None:
+        """Send many frames, and leave others room on the bus.
+
+        Raises:
+            RobotError: one could not be sent.
+        """
+        for count, frame in enumerate(frames, 1):
+            self._send(frame)
+            if count % _AT_ONCE == 0:
+                self._clock.sleep(_PAUSE)
 
     def ask(self, node: CanopenNode) -> None:
         """Ask a node for its values by SDO."""
         node.ask()
 
     def stop(self) -> None:
-        """Disable the voltage of every drive that is known, and let all nodes leave the state in which PDOs count.
+        """Disable the voltage of every drive, and let all nodes leave the state in which PDOs count.
 
-        What a drive that has not been heard does then is set by its 0x6007. It is heard by its next heartbeat, and
-        the next call then reaches it too.
+        All ids are written to, as a drive may have no heartbeat, and go on without a master (0x6007).
         """
         for number in list(self.found):
             self._send(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
         self._send(nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)
+        if self._clock.now() >= self._speaks_at:
+            self._send_all(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2) for number in NODE_IDS)
+        self._greetings = 0
 
     def clear(self, node: CanopenNode) -> None:
         """Send a fault reset, which is the rising edge of bit 7."""

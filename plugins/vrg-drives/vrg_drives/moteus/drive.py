@@ -237,6 +237,13 @@ class MoteusListener(Listener[MoteusAxis]):
         """Take in an answer."""
         self._recognise(codec.address_of(frame.id).source, frame).receive(frame)
 
+    def owns(self, frame: Frame) -> bool:
+        """True for a frame to or from a known drive, or to all, that may be one of moteus."""
+        if not self.found or not codec.is_plain(frame):
+            return False
+        source, destination, _ = codec.address_of(frame.id)
+        return bool({source, destination} & self.found.keys()) or destination == codec.BROADCAST
+
     def greet(self) -> None:
         """Ask every drive how it is."""
         self._send(codec.encode(HOST, codec.BROADCAST, _GREETING, reply=True))
@@ -251,8 +258,9 @@ class MoteusListener(Listener[MoteusAxis]):
 
     def stop(self) -> None:
         """Stop every drive: all at once, and each that is known by its id as well."""
+        # One that is answered has an identifier of 29 bits, which ODrives and CANopen do not hear.
         for number in (codec.BROADCAST, *self.found):
-            self._send(codec.encode(HOST, number, STOP_SUBFRAMES), urgent=True)
+            self._send(codec.encode(HOST, number, (*STOP_SUBFRAMES, *_GREETING), reply=True), urgent=True)
 
     def rename(self, node: MoteusAxis, serial: str, to: int) -> None:
         """Give a drive another id, which it keeps until it is switched off, unless it is saved.

@@ -57,7 +57,7 @@ class VescAxis(Axis):
     """See `Axis` and the module.
 
     Attributes:
-        host: the id by which this process asks the drive.
+        host: the id by which this process asks the drive. erpm: electrical revolutions a minute, as it reports them.
     """
 
     encoder_advice = "switch its status message 5 on, at 50 Hz (VESC Tool, App Settings)"
@@ -77,7 +77,7 @@ class VescAxis(Axis):
         self._flags: int | None = None
         self._poll_flags = True
         self._wanted = self._confirmed = False
-        self._erpm = 0
+        self.erpm = 0
 
     @classmethod
     def check_node(cls, node: int) -> str | None:
@@ -203,7 +203,7 @@ class VescAxis(Axis):
         """Take in a message that the drive sends by itself."""
         if packet == Packet.STATUS:
             status = codec.decode_status(frame.data)
-            self.heard, self._erpm = frame.at, status.erpm
+            self.heard, self.erpm = frame.at, status.erpm
             # The duty cycle tells nothing: a motor that is pushed has one too.
             self._report_on(abs(status.current) > _ON_CURRENT, frame.at)
             self._settle()
@@ -216,7 +216,7 @@ class VescAxis(Axis):
                 self._complain("it was started again")
                 self._wanted = False
             if self.options.pole_pairs is not None:
-                self._estimate(position, self._erpm / 60 / self._pairs, frame.at)
+                self._estimate(position, self.erpm / 60 / self._pairs, frame.at)
             self._supply(supply.voltage, frame.at)
 
     def _overhear(self, frame: Frame) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from vrg.hal.can.axis import Send
-from vrg.hal.can.frame import Frame, FrameError
+from vrg.hal.can.frame import CLASSIC_BYTES, Frame, FrameError
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
@@ -157,6 +157,22 @@ class VescDrive(EmulatedDrive):
 _TOLD = (Packet.STATUS, Packet.STATUS_2, Packet.STATUS_3, Packet.STATUS_4, Packet.STATUS_5, Packet.STATUS_6)
 
 
+_STANDSTILL_ERPM = 60
+"""The electrical speed below which a motor stands."""
+
+
+class VescNode(VescAxis):
+    """An axis that only listens. A motor that turns is on, as far as is known: at a steady speed its current is low."""
+
+    @property
+    def words(self) -> str:
+        """Its state, and its electrical speed, as the poles of its motor are not known."""
+        return f"{super().words}, {self.erpm} ERPM" if abs(self.erpm) > _STANDSTILL_ERPM else super().words
+
+    def _report_on(self, on: bool, at: float) -> None:
+        super()._report_on(on or abs(self.erpm) > _STANDSTILL_ERPM, at)
+
+
 class VescListener(Listener[VescAxis]):
     """See `Listener`. A drive is recognised by its status messages, or by its answer to a ping.
 
@@ -166,20 +182,28 @@ class VescListener(Listener[VescAxis]):
     word = "vesc"
     title = "VESC"
 
-    node_type = VescAxis
+    node_type = VescNode
 
     def __init__(self, send: Send, clock: Clock) -> None:
         super().__init__(send, clock)
         self._host = codec.own_id(os.getpid())
 
     def claim(self, frame: Frame) -> Claim:
-        """A status message or a pong is likely one: other protocols may use the same identifiers."""
-        if not frame.extended or frame.remote:
+        """A status message is likely one: other protocols may use the same identifiers. A pong fits."""
+        if not frame.extended or frame.remote or frame.fd:
             return Claim.NONE
         packet, node = codec.packet_of(frame), codec.node_of(frame)
         if node == self._host:
-            return Claim.LIKELY if packet == Packet.PONG or self.found else Claim.NONE
-        return Claim.LIKELY if packet in _TOLD and len(frame.data) == 8 else Claim.NONE
+            return Claim.FITTING if packet == Packet.PONG or self.found else Claim.NONE
+        if packet not in _TOLD or len(frame.data) != CLASSIC_BYTES or node not in codec.NODE_IDS:
+            return Claim.NONE
+        return Claim.FITTING if node in self.found else Claim.LIKELY
+
+    def owns(self, frame: Frame) -> bool:
+        """True for a frame to or from a known drive, or to all."""
+        if not frame.extended or frame.remote or codec.packet_of(frame) not in set(Packet):
+            return False
+        return codec.node_of(frame) in self.found or (codec.node_of(frame) == codec.BROADCAST and bool(self.found))
 
     def hear(self, frame: Frame) -> None:
         """Take in a frame."""

@@ -16,10 +16,16 @@ class Claim(enum.IntEnum):
 
     NONE = 0
     LIKELY = 1
-    """It looks like one, but frames of other protocols may look the same."""
-    CERTAIN = 2
+    """It looks like one, but frames of other protocols may look the same: the node is recognised once it has been heard
+    REPEATS times in a row."""
+    FITTING = 2
+    """It is of a node that was recognised by frames which look like it, or an answer to what was asked."""
+    CERTAIN = 3
     """Hardly any other protocol has such a frame, or its identifier belongs to a node that was recognised by one."""
 
+
+REPEATS = 3
+"""Frames of one identifier in a row that must look like those of a protocol before there is a node."""
 
 NodeT = TypeVar("NodeT", bound=AxisReport)
 """What listens to one node: the axis of the protocol, or another report."""
@@ -64,6 +70,13 @@ class Listener(ABC, Generic[NodeT]):
     def greet(self) -> None:
         """Ask everybody on the bus who they are."""
 
+    def owns(self, frame: Frame) -> bool:
+        """True if a frame has an identifier of a node that was recognised: no other protocol may send it.
+
+        The node, or who drives it, would take it for one of their own.
+        """
+        return False
+
     @abstractmethod
     def ask(self, node: NodeT) -> None:
         """Ask a node of this protocol for all that it does not send by itself.
@@ -77,6 +90,8 @@ class Listener(ABC, Generic[NodeT]):
     @abstractmethod
     def stop(self) -> None:
         """Switch every motor on the bus off, whichever process switched it on, also of drives that have not been heard.
+
+        Those that are known are ordered first. Whether they are off is what they report afterwards.
 
         Raises:
             RobotError: it could not be sent.

@@ -9,21 +9,36 @@ from vrg.hal.can.axis import AxisReport, Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.troubles import NoFdError
-from vrg.hal.can.workshop.listener import Claim, Listener
+from vrg.hal.can.workshop.listener import REPEATS, Claim, Listener
 from vrg.hal.clock import Clock
 from vrg.registry import OFFERED
 
 log = logging.getLogger(__name__)
 
 
+class _Considerate:
+    """Sends the frames of one protocol, but for those that belong to nodes of another one."""
+
+    def __init__(self, send: Send, listeners: Sequence[Listener[Any]]) -> None:
+        self._send, self._listeners = send, listeners
+        self.owner: Listener[Any] | None = None
+
+    def __call__(self, frame: Frame, *, urgent: bool = False) -> None:
+        """Send it, or leave it."""
+        if not any(other.owns(frame) for other in self._listeners if other is not self.owner):
+            self._send(frame, urgent=urgent)
+
+
 def all_listeners(send: Send, clock: Clock) -> list[Listener[Any]]:
     """A listener of each protocol; one that cannot be imported is left out, with the reason in the log."""
-    found = []
+    found: list[Listener[Any]] = []
     for name in PROTOCOLS.names():
         try:
             protocol = PROTOCOLS.get(name)
             if protocol.listener is not None:
-                found.append(protocol.listener_type(send, clock))
+                considerate = _Considerate(send, found)
+                considerate.owner = protocol.listener_type(considerate, clock)
+                found.append(considerate.owner)
         except ConfigError as error:
             log.warning("%s", error)
     return found
@@ -65,6 +80,7 @@ class Survey:
 
     def __init__(self, listeners: Sequence[Listener[Any]]) -> None:
         self._listeners = listeners
+        self._alike: dict[tuple[int, bool], int] = {}
 
     @property
     def nodes(self) -> list[AxisReport]:
@@ -74,9 +90,15 @@ class Survey:
 
     def hear(self, frame: Frame) -> None:
         """Take in one frame."""
-        listener = self._owner(frame)
+        listener, claim = self._owner(frame)
+        key = frame.id, frame.extended
         if listener is None:
+            self._alike.pop(key, None)
             return
+        if claim is Claim.LIKELY:
+            self._alike[key] = self._alike.get(key, 0) + 1
+            if self._alike[key] < REPEATS:
+                return
         before = len(listener.found)
         listener.hear(frame)
         if len(listener.found) > before:
@@ -121,14 +143,14 @@ class Survey:
                 words.append(f"{listener.title} node{'s' if len(nodes) > 1 else ''} {', '.join(nodes)}")
         return " and ".join(words) or "none"
 
-    def _owner(self, frame: Frame) -> Listener[Any] | None:
-        """The listener that takes this frame, or None if none does."""
+    def _owner(self, frame: Frame) -> tuple[Listener[Any] | None, Claim]:
+        """The listener that takes this frame, or None if none does, and how certain it is."""
         surest, claim = None, Claim.NONE
         for listener in self._listeners:
             mine = listener.claim(frame)
             if mine > claim:
                 surest, claim = listener, mine
-        return surest
+        return surest, claim
 
     def _judge_anew(self) -> None:
         """Drop nodes that were recognised by a frame which, as is known by now, is another protocol's.
@@ -137,7 +159,7 @@ class Survey:
         """
         for listener in self._listeners:
             for number, frame in list(listener.known_by.items()):
-                owner = self._owner(frame)
+                owner, _ = self._owner(frame)
                 if owner is not None and owner is not listener:
                     listener.forget(number)
 

@@ -10,7 +10,7 @@ from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
-from vrg.hal.can.odrive.messages import Command
+from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, ProcedureResult
 from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
 from vrg.hal.clock import Clock
 
@@ -102,10 +102,24 @@ def _value_of(text: str, kind: str) -> bool | int | float:
     return float(text) if kind == "float" else int(text, 0)
 
 
-_HEARTBEAT_BYTES = 8
+_ADDRESS_BYTES = (7, 8)
+"""The bytes of the answer to who is there; newer firmware appends a connection id."""
 _READ, _WRITE, _SAVE = 0, 1, 1
 """The operations of an RxSdo, and the action of a Reboot that saves first."""
-_VALUES = (Command.VERSION, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
+_VALUES = (Command.VERSION, Command.HEARTBEAT, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
+
+
+def _makes_sense(frame: Frame) -> bool:
+    """True if a frame may be a heartbeat: a state and errors that there are, and errors only of an axis that is off."""
+    try:
+        message = codec.decode(frame)
+    except FrameError:
+        return False
+    # Firmware 0.5 tells in the highest bit of the last byte what newer one tells in the last but one.
+    if not isinstance(message, messages.Heartbeat) or message.done > 1 or frame.data[-1] & 0x7F:
+        return False
+    known = message.state in set(AxisState) - {AxisState.UNDEFINED} and message.result in set(ProcedureResult)
+    return known and not message.error & ~sum(AxisError) and not (message.error and message.state != AxisState.IDLE)
 
 
 class OdriveNode(OdriveAxis):
@@ -137,15 +151,24 @@ class OdriveListener(Listener[OdriveNode]):
         self._answers: dict[tuple[int, int], int] = {}
 
     def claim(self, frame: Frame) -> Claim:
-        """A heartbeat is likely one, and so is every frame of a node that has sent one."""
+        """A heartbeat that makes sense is likely one. An answer to who is there, or a frame of a known node, fits."""
         if frame.extended or frame.fd or frame.remote:
             return Claim.NONE
-        if codec.node_of(frame.id) == codec.BROADCAST:
-            # A drive without an id reports its serial number.
-            nameless = codec.command_of(frame.id) == Command.ADDRESS and frame.data[:1] == bytes([codec.BROADCAST])
-            return Claim.LIKELY if nameless else Claim.NONE
-        heartbeat = codec.command_of(frame.id) == Command.HEARTBEAT and len(frame.data) == _HEARTBEAT_BYTES
-        return Claim.LIKELY if heartbeat or codec.node_of(frame.id) in self.found else Claim.NONE
+        node, command, data = codec.node_of(frame.id), codec.command_of(frame.id), frame.data
+        if command == Command.ADDRESS and len(data) in _ADDRESS_BYTES and data[0] in (node, codec.BROADCAST):
+            return Claim.FITTING
+        if node == codec.BROADCAST:
+            return Claim.NONE
+        if node in self.found:
+            return Claim.FITTING
+        return Claim.LIKELY if command == Command.HEARTBEAT and _makes_sense(frame) else Claim.NONE
+
+    def owns(self, frame: Frame) -> bool:
+        """True for a frame to or from a known axis, or to all."""
+        if frame.extended or frame.remote:
+            return False
+        node = codec.node_of(frame.id)
+        return node in self.found or (node == codec.BROADCAST and bool(self.found))
 
     def hear(self, frame: Frame) -> None:
         """Take in a frame."""
