@@ -147,6 +147,9 @@ def drives(
     ] = _MOTOR.velocity_limit,
     friction: Annotated[float, typer.Option(min=0, help="Friction at the shaft, Nm.")] = _MOTOR.friction,
     delay: Annotated[float, typer.Option(min=0, max=0.5, help="s from a setpoint to its effect.")] = _MOTOR.delay,
+    braking: Annotated[
+        float, typer.Option(min=1e-3, max=60, help="Time constant of a motor that is off, s.")
+    ] = _MOTOR.braking,
     serial: Annotated[
         int | None, typer.Option(min=0, help="Serial number of the first drive; a random one if missing.")
     ] = None,
@@ -163,7 +166,12 @@ def drives(
     link = on.link()
     first = secrets.randbits(40) if serial is None else serial
     motor = MotorModel(
-        inertia=inertia, current_limit=current_limit, velocity_limit=velocity_limit, friction=friction, delay=delay
+        inertia=inertia,
+        current_limit=current_limit,
+        velocity_limit=velocity_limit,
+        friction=friction,
+        delay=delay,
+        braking=braking,
     )
     with child_process(leash) as stop:
         drives = [

@@ -98,6 +98,21 @@ def test_a_wheel_that_turns_the_other_way(train: DriveTrain) -> None:
     assert [found.axes[node].direction for node in (0, 1)] == [1, -1]
 
 
+@pytest.mark.parametrize(("braking", "least", "most"), [(0.03, 5.0, math.inf), (1.0, 0.1, 0.5)])
+def test_how_it_rolls_on_with_its_motors_off_is_measured(
+    train: DriveTrain, drives: Drives, braking: float, least: float, most: float
+) -> None:
+    """Some drives short their motor's phases, others let it coast."""
+    for drive in drives.drives:
+        drive.motor.model = replace(drive.motor.model, braking=braking)
+    clerk = Clerk([True] * 4, [None, None])
+    found = run(train, clerk)
+    assert found.applied(P2AT).brake == pytest.approx(found.motion.get("brake", P2AT.brake))
+    assert least < found.applied(P2AT).brake <= min(most, P2AT.brake)
+    assert found.axes[0].ratio == pytest.approx(RATIO), "the way that it has rolled is measured with the rest"
+    assert any("With its motors off it came to rest from 0.5 m/s in" in words for words in clerk.heard), clerk.heard
+
+
 @pytest.mark.parametrize("method", ["drive", "spin"])
 def test_one_that_was_frozen_goes_on_when_the_person_agrees(train: DriveTrain, drives: Drives, method: str) -> None:
     """Ctrl-Z while it drives: it stands, nothing moves before Enter is pressed, and that may take a while."""

@@ -21,11 +21,17 @@ FROZEN = 0.5
 """s between two looks of a program from which on it did not run: motors that it started or drove stay off."""
 _SETTLE = 0.5
 """s that the robot is given to come to rest before the odometry is read."""
+_STANDS = 0.01
+"""m/s below which a robot whose motors are off has come to rest."""
 _LONGEST = 120.0
 """s after which a run is given up."""
 LARGEST_CORRECTION = 2.0
 """The largest factor between a person's measurement and the odometry. The ratio of the gear is in its data sheet, and
 only the wheel's radius is unsure."""
+_ROLLS = 1.0
+"""m free ahead of the robot, beyond its way, in which it rolls out."""
+_LEAST = 1e-3
+"""The way in m below which a robot has not rolled on."""
 _SHOWN = 0.75
 """Turns of a wheel after which everybody has seen which way it turns."""
 _ALLOWANCE = 1.5
@@ -62,7 +68,7 @@ class Plan:
 
 
 def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) -> Calibration:
-    """Find directions, ratios and effective track of a connected robot. Leaves its motors off.
+    """Find directions, ratios, effective track and brake of a connected robot. Leaves its motors off.
 
     Args:
         train: connected. model: of the robot. person: measures. plan: how far and how fast.
@@ -74,6 +80,7 @@ def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) 
     try:
         steps.find_directions()
         steps.find_ratios()
+        motion = steps.find_brake()
         track = steps.find_track()
         ratios = ", ".join(f"{axis.ratio:.5g}" for axis in train.wheel_axes)
         person.shows(f"effective track {track:.4g} m, ratios {ratios}")
@@ -81,13 +88,13 @@ def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) 
             a.node: AxisCalibration(direction=a.direction, ratio=a.ratio, serial=train.serials[a.node])
             for a in train.wheel_axes
         }
-        return Calibration(robot=train.name, track=track, axes=axes)
+        return Calibration(robot=train.name, track=track, axes=axes, motion=motion)
     finally:
         train.disarm()
 
 
 class _Steps:
-    """The three steps. What the first two find is used from then on by the train itself."""
+    """The steps. What the first two find is used from then on by the train itself."""
 
     def __init__(self, train: DriveTrain, model: RobotModel, person: Person, plan: Plan) -> None:
         self._train = train
@@ -114,9 +121,13 @@ class _Steps:
     def find_ratios(self) -> None:
         """Drive straight ahead and ask how far it went."""
         person, plan = self._person, self._plan
-        person.ready(f"Put it on the ground with {plan.way + 0.5:g} m free ahead, and mark where it stands.")
+        person.ready(
+            f"Put it on the ground with {plan.way + _ROLLS:g} m free ahead, and mark where it stands. At the end its "
+            "motors are switched off as it drives, and it rolls out."
+        )
         ahead = Twist(plan.speed, 0.0)
-        last = self._runner.drive_until(ahead, plan.way / plan.speed, lambda s: abs(s.odometry.x) >= plan.way)
+        there = lambda state: abs(state.odometry.x) >= plan.way  # noqa: E731
+        last = self._runner.drive_until(ahead, plan.way / plan.speed, there, roll=True)
         way = math.hypot(last.odometry.x, last.odometry.y)
         before = {axis.node: axis.ratio for axis in self._train.wheel_axes}
 
@@ -130,6 +141,15 @@ class _Steps:
         asked = f"By its odometry it went {way:.3f} m. How far did it really go, in m?"
         found = corrected(_measured(person, asked, way, outcome))
         self._train.rewire({axis.node: (axis.direction, found[axis.node]) for axis in self._train.wheel_axes})
+
+    def find_brake(self) -> dict[str, float]:
+        """The deceleration with the motors off, m/s^2, where it is less than that of the model."""
+        speed, way, seconds = self._runner.rolled
+        brake = speed**2 / max(2 * way, _LEAST)
+        self._person.shows(
+            f"With its motors off it came to rest from {speed:.2g} m/s in {seconds:.2g} s and {way:.2g} m."
+        )
+        return {"brake": brake} if brake < self._model.brake else {}
 
     def find_track(self) -> float:
         """Turn on the spot and ask how far it turned; the effective track, m."""
@@ -237,6 +257,8 @@ class _Runner:
         self._clock = train.clock
         self._model = model
         self._person = person
+        self.rolled = (0.0, 0.0, 0.0)
+        """The speed at which motors were switched off last, m/s, and how far and for how long it went on, m and s."""
         self._sent = 0.0
         """When the last command was sent, or the motors were armed, s."""
 
@@ -259,11 +281,14 @@ class _Runner:
                 "wheel: is it blocked, or does its drive not turn so slowly? Try a higher --speed"
             )
 
-    def drive_until(self, twist: Twist, seconds: float, done: Callable[[TrainState], bool]) -> TrainState:
+    def drive_until(
+        self, twist: Twist, seconds: float, done: Callable[[TrainState], bool], *, roll: bool = False
+    ) -> TrainState:
         """Drive by a motion until `done`; how it then rests.
 
         Args:
             seconds: how long it should take, s. If the wheels turn much farther than in this time, it is given up.
+            roll: switch the motors off while it drives, and let it roll out.
         """
         self._train.restart_odometry()
         self._arm()
@@ -279,7 +304,22 @@ class _Runner:
                 )
             deadline += self._command(lambda: self._train.drive(twist))
             self._clock.sleep(_PERIOD)
-        return self._rest()
+        return self._roll_out() if roll else self._rest()
+
+    def _roll_out(self) -> TrainState:
+        began, now = self._state(), self._clock.now()
+        self._train.disarm()
+        state = began
+        while self._speed(state) > _STANDS and self._clock.now() - now < _LONGEST:
+            self._clock.sleep(_PERIOD)
+            state = self._state()
+        way = math.dist((began.odometry.x, began.odometry.y), (state.odometry.x, state.odometry.y))
+        self.rolled = (self._speed(began), way, self._clock.now() - now)
+        return state
+
+    def _speed(self, state: TrainState) -> float:
+        """The speed by the encoders, m/s."""
+        return abs(self._model.drivetrain.twist(state.speeds).v)
 
     def _command(self, send: Callable[[], None]) -> float:
         """Send a command. Where one was late, so that the motors are off, they are armed again if the person agrees.

@@ -145,5 +145,5 @@ class DriveBase:
 def _bounds(axis: WheelAxis, model: RobotModel) -> MotorLimits:
     """The limits of the motor of an axis."""
     per_metre = abs(axis.ratio) / model.drivetrain.wheel_radius / TURN
-    change = SLUGGISH * min(model.a_max, model.brake)
+    change = SLUGGISH * min(model.a_max, model.slowing or model.a_max)
     return MotorLimits(model.v_max * per_metre, change * per_metre)

@@ -21,6 +21,9 @@ from vrg.hal.models import RobotModel
 from vrg.hal.models.settings import motion_problems, with_motion
 from vrg.tables import Table, problems_of
 
+_AT_MOST = ("v_max", "w_max", "brake")
+"""The numbers of a robot that may be smaller than those of its model, and not larger."""
+
 
 class AxisCalibration(Table):
     """One motor.
@@ -64,9 +67,10 @@ class Calibration(Table):
         return value
 
     def applied(self, model: RobotModel) -> RobotModel:
-        """The model with what is known of this robot, which is no faster than the model, or the match file, allows."""
+        """The model with what is known of this robot, which is no faster than the model, or the match file, allows, and
+        brakes no harder."""
         limits: dict[str, float] = {
-            name: min(self.motion[name], getattr(model, name)) for name in ("v_max", "w_max") if name in self.motion
+            name: min(self.motion[name], getattr(model, name)) for name in _AT_MOST if name in self.motion
         }
         return with_motion(model, {"track": self.track, **self.motion, **limits})
 

@@ -141,8 +141,8 @@ class CanSettings(BackendSettings):
             wiring = self.robots[name]
             if wiring.calibration is None:
                 found.append(
-                    f"{name}: its directions, gear ratio and track are as in the file: they were not measured, as "
-                    "`vrg can calibrate` does"
+                    f"{name}: its directions, gear ratio and track are as in the file, and how far it rolls on with "
+                    "its motors off as in its model: they were not measured, as `vrg can calibrate` does"
                 )
             if wiring.watchdog == "unsafe":
                 found.append(f'{name}: nothing stops its motors if this computer fails, as its watchdog is "unsafe"')

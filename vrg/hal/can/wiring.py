@@ -25,9 +25,11 @@ class MotorSettings(Table):
     Args:
         inertia: of rotor and load, kg m^2. friction: at the shaft, Nm. current_limit: A.
         velocity_limit: turn/s. delay: from a setpoint to when the drive acts on it, s.
+        braking: the time constant of a motor that is off, s: some drives let it coast.
     """
 
     inertia: float | None = Field(None, gt=0)
+    braking: float | None = Field(None, gt=0, le=60)
     friction: float | None = Field(None, ge=0)
     current_limit: float | None = Field(None, gt=0)
     velocity_limit: float | None = Field(None, gt=0)

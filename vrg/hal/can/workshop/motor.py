@@ -19,7 +19,7 @@ class MotorModel:
         torque_constant: torque for each ampere, Nm/A. current_limit: highest current, A.
         friction: Coulomb friction at the shaft, Nm.
         response: time constant of the velocity loop, s.
-        braking: time constant with the drive off and the phases shorted, s.
+        braking: time constant with the drive off, s: of shorted phases by default, and much longer where it coasts.
         velocity_limit: highest velocity, turn/s. delay: from a setpoint to when the drive acts on it, s.
     """
 
@@ -62,7 +62,7 @@ class Motor:
         return self.current * self.model.torque_constant
 
     def coast(self, dt: float) -> None:
-        """Let `dt` seconds pass with the drive off: the shorted phases brake the motor to a halt."""
+        """Let `dt` seconds pass with the drive off: the motor comes to a halt by and by."""
         self.current = 0.0
         self._asked.clear()
         if self.blocked:

@@ -1,0 +1,20 @@
+"""Whatever happens to a robot with CAN drives, it stands 0.45 s later (docs/safety.md)."""
+
+import pytest
+
+from tests.hal.can.bench import NODES, Lab
+from tests.hal.can.rest import CAUSES, time_to_rest
+from vrg.hal.can.workshop.simulation import Simulation
+
+REST = 0.45
+"""s."""
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+@pytest.mark.parametrize("protocol", NODES)
+@pytest.mark.parametrize("lives", [2, pytest.param(40, marks=pytest.mark.thorough)])
+def test_it_stands_soon(protocol: str, cause: str, lives: int) -> None:
+    for seed in range(lives):
+        Lab.simulation = Simulation(strict=True)
+        assert 0.0 < time_to_rest(protocol, cause, seed) <= REST, f"seed {seed}"
+        Lab.simulation.clock.close()
