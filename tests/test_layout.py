@@ -265,7 +265,7 @@ BUDGETS = {
     "ui": 5_780,
     "commands": 2_700,
     "hal/can": 2_600,
-    "launch": 3_930,  # with the window of a commander, which a command made
+    "launch": 3_945,  # with the variables of processes that are not sealed
     "games": 3_570,  # with the look of what lies on a field
     "bus": 2_250,
     "hal/sim": 2_570,
@@ -280,7 +280,7 @@ BUDGETS = {
     "recording": 1_140,
     "playing": 1_050,  # with the bound of match time, the seal of files alone, and where code hangs
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
-    "launch/sandbox": 840,  # with the bounds of students' code in a shared process, where plug-ins lie, and signals
+    "launch/sandbox": 860,  # with the bounds of students' code in a shared process, where plug-ins lie, and signals
     "navigation": 400,
     "seats": 850,
     "templates": 10,

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -197,11 +198,14 @@ def test_a_process_that_is_stuck_is_ended_although_an_answer_was_waiting(tmp_pat
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     log = tmp_path / "log"
     code = "from vrg.launch import forking; import socket; forking.serve_forks(socket.socket(fileno=0), patience=0.1)"
-    with theirs, log.open("wb") as output:
+    with theirs, log.open("wb") as output, tempfile.TemporaryFile() as variables:
+        variables.write(b"{}")
+        variables.flush()
         server = subprocess.Popen([sys.executable, "-c", code], stdin=theirs.fileno())
         for what in (["sleeps"], ["ends", "0"]):
             stream, hold = socket.socketpair()
-            socket.send_fds(ours, [json.dumps(["littering", *what]).encode()], [stream.fileno(), output.fileno()])
+            descriptors = [stream.fileno(), output.fileno(), variables.fileno()]
+            socket.send_fds(ours, [json.dumps(["littering", *what]).encode()], descriptors)
             stream.close()
             hold.close()
     wait_until(lambda: log.read_text().strip(), "the process to run")

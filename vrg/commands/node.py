@@ -24,7 +24,8 @@ from vrg.commands.options import (
 from vrg.config.targets import whole_target
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind, Opening
-from vrg.launch.serving import child_process, serve, serve_router
+from vrg.launch.sandbox.variables import start_with_named_variables
+from vrg.launch.serving import child_process, is_sealed, serve, serve_router
 from vrg.registry import expected_one_of, load_object, loaded
 from vrg.system import POSIX
 
@@ -78,6 +79,8 @@ def _serve(kind: Kind, on: NodeOptions, name: str = "", strategy: str | None = N
     if strategy is not None:
         setup = setup.substituted(name, whole_target(strategy))
     keys = on.keys if at.startswith("tls/") else None
+    if kind.plays and is_sealed(setup, name, seats=keys is not None):
+        start_with_named_variables()
     exit_if_interrupted(serve(kind, setup, router=at, run=on.run, name=name, keys=keys))
 
 
@@ -121,6 +124,7 @@ def strategy() -> None:
     """Let the strategy of a player decide on this machine; `vrg play --lockstep` starts it by ssh."""
     if sys.stdin.isatty():
         raise SystemExit("vrg node strategy is started by `vrg play --lockstep` on the machines of a match file")
+    start_with_named_variables()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process with threads cannot be sealed
     from vrg.playing.elsewhere import serve
 

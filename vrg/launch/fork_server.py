@@ -24,6 +24,7 @@ import psutil
 from vrg.bus.stopping import StopSignal
 from vrg.errors import LaunchError
 from vrg.launch import forking
+from vrg.launch.sandbox.variables import named_variables
 from vrg.system import POSIX, end_group
 
 UNKNOWN_STATUS = 255
@@ -125,7 +126,9 @@ class ForkServer:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs, contextlib.suppress(OSError):
             command = [sys.executable, "-P", "-m", forking.__name__, *preload]
-            self._process = subprocess.Popen(command, stdin=theirs.fileno(), start_new_session=True)
+            self._process = subprocess.Popen(
+                command, stdin=theirs.fileno(), start_new_session=True, env=named_variables(os.environ)
+            )
             self._pid = self._process.pid
             self._channel = ours
 
@@ -143,12 +146,15 @@ class ForkServer:
         theirs.close()
         self._channel, self._loaded = ours, True
 
-    def run(self, module: str, arguments: Sequence[str], log: IO[bytes], *, forked: bool = True) -> Child:
+    def run(
+        self, module: str, arguments: Sequence[str], log: IO[bytes], *, forked: bool = True, trusted: bool = False
+    ) -> Child:
         """Start a process.
 
         Args:
             module: its `main` is called with the arguments, and returns the exit status.
             log: the file that its output is written to. forked: False gives it an interpreter of its own.
+            trusted: True gives it all environment variables of this process, False those that strangers may know.
 
         Raises:
             OSError: it cannot be started.
@@ -166,24 +172,29 @@ class ForkServer:
             return Spawned(process, process.stdin)
         ours, theirs = socket.socketpair()
         with theirs:
-            pid = self._fork([module, *arguments], theirs, log) if forked else None
+            pid = self._fork([module, *arguments], theirs, log, trusted=trusted) if forked else None
             if pid is not None:
                 return _Forked(self, pid, ours)
             try:
                 process = subprocess.Popen(
-                    command, stdin=theirs.fileno(), stdout=log, stderr=subprocess.STDOUT, start_new_session=True
-                )
+                    command, stdin=theirs.fileno(), stdout=log, stderr=subprocess.STDOUT, start_new_session=True,
+                    env=None if trusted else named_variables(os.environ),
+                )  # fmt: skip
             except OSError:
                 ours.close()
                 raise
             return Spawned(process, ours)
 
-    def _fork(self, request: Sequence[str], stream: socket.socket, log: IO[bytes]) -> int | None:
+    def _fork(self, request: Sequence[str], stream: socket.socket, log: IO[bytes], *, trusted: bool) -> int | None:
         """Let the server fork; None if it is gone, or frozen, or still loads when `stop` is set."""
         if self._channel is None:
             return None
         try:
-            socket.send_fds(self._channel, [json.dumps(request).encode()], [stream.fileno(), log.fileno()])
+            with os.fdopen(os.memfd_create("variables"), "wb", buffering=0) as variables:
+                # The server must not read them: what it has read is in the memory of all that it forks.
+                variables.write(json.dumps(dict(os.environ) if trusted else {}).encode())
+                descriptors = [stream.fileno(), log.fileno(), variables.fileno()]
+                socket.send_fds(self._channel, [json.dumps(request).encode()], descriptors)
             # The answer is waited for: a process that is not known could not be stopped.
             while not self._pids and self._channel is not None and not self.frozen():
                 if not self._loaded and self.stop is not None and self.stop.is_set():

@@ -2,9 +2,9 @@
 
 It opens nothing and has one thread, so that a fork is safe: a session with the bus is opened only after the fork. The
 launcher sends requests over a socket, which is the server's standard input. A request is a JSON list of a module and
-the arguments of its `main`, with two file descriptors: the standard input of the new process, which ends it when it is
-closed, and its log. The answers are `{"pid": n}`, with null for n if the system has no room for another process, and
-when that process has ended `{"pid": n, "status": m}`.
+the arguments of its `main`, with three file descriptors: the standard input of the new process, which ends it when it
+is closed; its log; and further environment variables, as JSON. The answers are `{"pid": n}`, with null for n if the
+system has no room for another process, and when that process has ended `{"pid": n, "status": m}`.
 
 What a process has started ends with it: its group is killed, and whatever has left the group becomes a child of the
 server, as that of a dead parent does.
@@ -95,7 +95,7 @@ def _serve_one(channel: socket.socket, reader: int, children: set[int]) -> bool:
         for gone, status in ended.items():
             channel.send(json.dumps({"pid": gone, "status": status}).encode())
     if channel.fileno() in ready:
-        data, descriptors, _, _ = socket.recv_fds(channel, MAX_REQUEST_SIZE, 2)
+        data, descriptors, _, _ = socket.recv_fds(channel, MAX_REQUEST_SIZE, 3)
         if not data:
             return False
         pid: int | None = None
@@ -172,11 +172,13 @@ def _end(children: set[int], patience: float) -> None:
         time.sleep(0.02)
 
 
-def _become(request: list[str], stream: int, log: int) -> NoReturn:
+def _become(request: list[str], stream: int, log: int, variables: int) -> NoReturn:
     """Run as the new process, and never return."""
     status = 1
     try:
         os.setsid()
+        for name, value in json.loads(os.pread(variables, os.fstat(variables).st_size, 0)).items():
+            os.environ.setdefault(name, value)  # from those that are there already, the title finds its place
         os.environ[_MARK] = str(os.getpid())
         signal.set_wakeup_fd(-1)
         for descriptor, standard in ((stream, 0), (log, 1), (log, 2)):

@@ -50,6 +50,7 @@ class ProcessSpec:
         command: True if it is run as a `vrg` command.
         seat: True if it is a player's process, which may be disqualified.
         physical: True if it is one of a physical robot.
+        trusted: True gives it all environment variables, False those that strangers may know.
         secret: a line that it is given on its standard input, where no list of processes and no log shows it.
     """
 
@@ -63,6 +64,7 @@ class ProcessSpec:
     command: bool = False
     seat: bool = False
     physical: bool = False
+    trusted: bool = True
     secret: str = field(default="", repr=False)
 
     @property
@@ -141,7 +143,9 @@ class ManagedProcess:
             with self.log.open() as log:
                 self._log_begins = log.tell()
                 module = "vrg" if self.spec.command else child.__name__
-                self._process = self._server.run(module, self.spec.arguments, log, forked=not self.spec.command)
+                self._process = self._server.run(
+                    module, self.spec.arguments, log, forked=not self.spec.command, trusted=self.spec.trusted
+                )
         except OSError as error:
             raise LaunchError(f"{self.spec.name}: cannot be started: {error}") from error
         if self.spec.secret:
@@ -227,7 +231,7 @@ class ManagedProcess:
         Raises:
             LaunchError: it cannot be started.
         """
-        self.spec = replace(self.spec, arguments=arguments)
+        self.spec = replace(self.spec, arguments=arguments, trusted=False)
         self.strikes = Strikes()
         self.log.forget()
         self.start()

@@ -135,6 +135,7 @@ def specs(
             essential=kind.essential,
             seat=kind.plays,
             physical=process in setup.physical,
+            trusted=not (kind.plays and setup.sandboxed(process, seats=keys is not None)),
             secret=page.encoded() if page is not None and kind is WEB else "",
         )
 

@@ -176,7 +176,7 @@ class SubprocessStrategy(SteppedStrategy):
         else:
             job = Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
             with log.open("ab") as file:
-                self._process = server.run(deciding.__name__, (), file)
+                self._process = server.run(deciding.__name__, (), file, trusted=not sealed)
             pipe = self._process.detached()
             self._channel = Channel(pipe, pipe, frames)
         self._send(msgspec.json.encode(job))

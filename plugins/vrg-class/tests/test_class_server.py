@@ -13,6 +13,7 @@ import aiohttp
 import pytest
 from served_class import GOOD, PATIENCE, Class, post, serve, wait_until
 
+from tests.planted import check_unknown
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
 from vrg_class.command import opened
@@ -325,3 +326,18 @@ def test_the_command_serves_a_class_and_survives_being_killed(tmp_path: Path) ->
     entry = tmp_path / "class" / "entries" / "ada.py"
     assert entry.read_text() == GOOD
     assert json.loads((tmp_path / "class" / "class.json").read_text())["game"] == "sharks-and-minnows"
+
+
+def test_code_of_a_student_does_not_find_variables_of_the_server(tmp_path: Path) -> None:
+    code = """
+import asyncio
+from vrg_class.tries import Tries, Try
+
+async def main():
+    tries = Tries(1, "sharks-and-minnows", "planar", sealed=True)
+    tries.ask(Try("ann", "sharks-and-minnows", {"sharks": "stuck.py"}, "sharks", None, 9.0, print))
+    await asyncio.sleep(100)
+
+asyncio.run(main())
+"""
+    check_unknown([sys.executable, "-c", code], tmp_path, "vrg strategy")

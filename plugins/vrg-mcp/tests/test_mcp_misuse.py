@@ -12,8 +12,9 @@ from typing import Any
 
 import psutil
 import pytest
-from mcp_client import Agent, agent
+from mcp_client import SMALL, Agent, agent
 
+from tests.planted import check_unknown
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
@@ -227,3 +228,11 @@ def test_what_is_printed_never_comes_between_the_messages(tmp_path: Path) -> Non
             assert json.loads(line)["jsonrpc"] == "2.0"
     text = found[1]["result"]["content"][0]["text"]
     assert json.loads(text)["quoted"]["prints"]["robot1"].startswith("x")
+
+
+def test_code_of_an_agent_does_not_find_variables_of_who_has_started_it(tmp_path: Path) -> None:
+    file = tmp_path / "match.toml"
+    file.write_text(SMALL)
+    asked = f"'play', match={str(file)!r}, players={{'sharks': 'stuck.py'}}, seed=1, seconds=9.0, named=False, runs='.'"
+    code = f"import asyncio\nfrom vrg_mcp.jobs import Jobs\n\nasyncio.run(Jobs().run({asked}))\n"
+    check_unknown([sys.executable, "-c", code], tmp_path, "vrg strategy")

@@ -18,6 +18,7 @@ from vrg.launch.sandbox.bpf import program_bytes
 from vrg.launch.sandbox.policy import Policy
 from vrg.launch.sandbox.seccomp import SyscallRule, program, rules
 from vrg.launch.sandbox.syscalls import ARCHITECTURES
+from vrg.launch.sandbox.variables import kept_in_sandbox
 from vrg.system import POSIX
 
 if POSIX:
@@ -33,9 +34,6 @@ NICENESS = 5
 """The niceness of a sealed process, which comes behind the processes of the match itself on a busy machine."""
 OWN_MEMORY = 500
 """The memory that VRG may use besides what the strategy may, MB."""
-_VARIABLES = ("PATH", "LANG", "LANGUAGE", "TZ", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV")
-_VARIABLE_PREFIXES = ("LC_", "OMP_", "OPENBLAS_", "MKL_")
-"""The environment variables that a sealed process keeps, by their names or what these begin with."""
 STACK = 64_000_000
 """The longest stack, bytes: no other bound counts it."""
 _NO_NEW_PRIVILEGES, _AMBIENT, _AMBIENT_CLEAR, _DROP_BOUND = 38, 47, 4, 24
@@ -87,10 +85,8 @@ def seal(policy: Policy) -> None:
 
 
 def _forget_environment() -> None:
-    """Forget the environment variables but for a few: they may hold what is not for everybody, such as tokens."""
-    kept = {
-        name: value for name, value in os.environ.items() if name in _VARIABLES or name.startswith(_VARIABLE_PREFIXES)
-    }
+    """Forget the environment variables but for a few: see `variables`."""
+    kept = kept_in_sandbox(os.environ)
     os.environ.clear()
     # What the process was started with stays in its memory otherwise: proc(5), /proc/pid/stat, fields 50 and 51.
     fields = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()

@@ -8,11 +8,13 @@ import shutil
 import socket
 import stat
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from tests.command_line import Vrg, with_vrg
+from tests.planted import check_unknown
 from tests.requirements import missing as lacking
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.syscalls import ARCHITECTURES
@@ -133,6 +135,14 @@ def test_an_author_can_write_its_entry_and_nothing_else(
     assert "secret" not in told["match"], "by it an author would know the random numbers of its games"
     again = vrg("league", "improve", "entries", "authors.toml")
     assert turns(entries)["good"]["outcome"] == "it has changed nothing", again.err
+
+
+def test_neither_an_author_nor_an_entry_finds_variables_of_who_runs_the_league(vrg: Vrg, tmp_path: Path) -> None:
+    league(vrg, tmp_path)
+    (tmp_path / "authors.toml").write_text('[authors.one]\ncommand = ["sleep", "900"]\n')
+    command = [sys.executable, "-m", "vrg", "league"]
+    check_unknown([*command, "improve", "entries", "authors.toml"], tmp_path, "sleep 900")
+    check_unknown([*command, "check", "stuck.py", "--match", str(ARENA / "match.toml")], tmp_path, "")
 
 
 def _command(pid: str) -> bytes:
