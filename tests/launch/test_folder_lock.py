@@ -1,13 +1,15 @@
 """Folders of runs on a machine that ssh reaches: one agent each, and none is left for ever."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from vrg.errors import LaunchError
 from vrg.launch import folder_lock as locks
-from vrg.launch.folder_lock import delete_abandoned_keys, folder_lock, keys_folder, keys_lock, sweep
+from vrg.launch.folder_lock import delete_abandoned_keys, folder_lock, keys_folder, keys_lock, owned, sweep
 
 NEW, OLD = 2000.0, 1000.0
 BETWEEN = 1500.0
@@ -88,3 +90,33 @@ def test_an_agent_of_another_machine_is_not_killed(tmp_path: Path, monkeypatch: 
         monkeypatch.setattr(os, "kill", lambda *_: pytest.fail("killed by number"))
         with pytest.raises(LaunchError, match=r"an agent of .* uses this folder, which both machines share"):
             folder_lock(tmp_path).__enter__()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locks are not inherited there")
+def test_a_folder_belongs_to_its_owner_and_to_what_that_has_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = f"""
+import subprocess, sys
+from pathlib import Path
+from vrg.launch.folder_lock import owned
+
+with owned(Path({str(tmp_path)!r})):
+    print(subprocess.Popen([sys.executable, "-c", "input()"], close_fds=False).pid, flush=True)
+    input()
+"""
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as owner:
+        assert owner.stdout is not None
+        assert owner.stdout.readline().strip().isdigit()
+        with pytest.raises(LaunchError, match=f"process {owner.pid}, .* works here already"), owned(tmp_path):
+            pass
+        owner.kill()
+        owner.wait()
+        monkeypatch.setattr(locks, "ENDING_TIMEOUT", 0.0)
+        with pytest.raises(LaunchError, match="what it has started"), owned(tmp_path):
+            pass
+        monkeypatch.undo()
+        assert owner.stdin is not None
+        owner.stdin.close()  # then that ends, too
+        with owned(tmp_path):
+            assert (tmp_path / locks.OWNER).read_text() == str(os.getpid())

@@ -1,4 +1,4 @@
-"""Folders that belong to one process at a time: those of runs on other machines, and those of keys.
+"""Folders that belong to one process at a time: of events and classes, of runs on other machines, and of keys.
 
 A lock is a file in the folder, which its process holds as long as it lives. So a folder that a killed process has left
 can be distinguished from one that is in use.
@@ -14,6 +14,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import psutil
+
 from vrg import system
 from vrg.errors import LaunchError
 from vrg.runs.run_folder import delete
@@ -22,10 +24,14 @@ log = logging.getLogger(__name__)
 
 NAME = ".agent"
 """The name of the lock in a run folder."""
+OWNER = ".owner"
+"""The name of the lock in the folder of an event or a class."""
 KEYS_LOCK = ".keys"
 """The name of the lock in a folder of keys that were made or brought for one run."""
 KILL_TIMEOUT = 5.0
 """The real time in s that a killed agent may take to be gone."""
+ENDING_TIMEOUT = 40.0
+"""The real time in s within which what a killed process has started ends."""
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
@@ -71,6 +77,39 @@ def folder_lock(folder: Path) -> Iterator[None]:
         finally:
             # A number that was left here might be another process' by then.
             lock.truncate(0)
+
+
+@contextmanager
+def owned(folder: Path, mode: int = 0o777) -> Iterator[None]:
+    """Own a folder, which is made, together with the programs that this process starts with its inheritable files.
+
+    What an owner that was killed has started is waited for.
+
+    Args:
+        mode: of a new folder.
+
+    Raises:
+        LaunchError: another process owns it, or it cannot be written.
+    """
+    try:
+        folder.mkdir(mode, parents=True, exist_ok=True)
+        lock = (folder / OWNER).open("a+", encoding="ascii")
+    except OSError as error:
+        raise LaunchError(f"{folder}: cannot be used: {error.strerror}: choose another folder") from None
+    with lock:
+        deadline = time.monotonic() + ENDING_TIMEOUT
+        while not system.lock(lock):
+            lock.seek(0)
+            owner = lock.read()
+            if psutil.pid_exists(int(owner or 0)) or time.monotonic() > deadline:
+                who = f"process {owner}, or what it has started"
+                raise LaunchError(f"{folder}: {who}, works here already: end it first, or choose another folder")
+            time.sleep(0.05)
+        lock.truncate(0)
+        lock.write(str(os.getpid()))
+        lock.flush()
+        os.set_inheritable(lock.fileno(), True)
+        yield
 
 
 @contextmanager

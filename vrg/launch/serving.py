@@ -210,11 +210,11 @@ def child_process(leash: bool, *, quiet: bool = False) -> Iterator[Stop]:
 
 def _hold_leash(stop: Stop) -> None:
     # It reads the bare descriptor, because a thread that holds the lock of sys.stdin keeps the interpreter from ending.
-    held = True
-    while held:
+    is_held = True
+    while is_held:
         # Code that never gives up the interpreter's lock keeps this thread from running. Then the kernel ends it all.
         bound_processor_time(STUCK)
-        held = _held()
+        is_held = held()
     log.info("stopping: the supervisor %s", "is gone" if POSIX else "is gone, or has asked for it")
     stop.set()
     # A node that is stuck, in a student's endless loop say, never looks at `stop`, and no process is left to kill it.
@@ -222,7 +222,7 @@ def _hold_leash(stop: Stop) -> None:
     os._exit(1)
 
 
-def _held() -> bool:
+def held() -> bool:
     """Wait a second, or until the leash is let go; return whether it is still held.
 
     On Windows the leash is a pipe, which cannot be waited for.

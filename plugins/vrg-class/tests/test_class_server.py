@@ -13,8 +13,10 @@ import aiohttp
 import pytest
 from served_class import GOOD, PATIENCE, Class, post, serve, wait_until
 
+from tests.command_line import invoke
 from tests.planted import check_unknown
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, LaunchError
+from vrg.launch.folder_lock import owned
 from vrg.launch.sandbox.seal import missing
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder
@@ -341,3 +343,13 @@ async def main():
 asyncio.run(main())
 """
     check_unknown([sys.executable, "-c", code], tmp_path, "vrg strategy")
+
+
+def test_a_class_and_its_final_are_run_once(tmp_path: Path) -> None:
+    place = opened(tmp_path / "class", None, None, None, None).path
+    for folder, command in ((place, "start"), (place / "final", "final")):
+        with owned(folder):
+            done = invoke("class", command, str(place), *(["--no-sandbox"] if command == "start" else []))
+        assert isinstance(done.exception, LaunchError)
+        assert f"{folder}: process {os.getpid()}, or what it has started, works here already" in str(done.exception)
+    assert opened(tmp_path / "class", None, None, None, None).path == place

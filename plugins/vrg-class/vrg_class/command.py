@@ -16,6 +16,7 @@ from vrg.config.loading import match_path
 from vrg.errors import ConfigError
 from vrg.files import read_text
 from vrg.games import GAMES
+from vrg.launch.folder_lock import OWNER, owned
 from vrg.launch.fork_server import cores
 from vrg.launch.sandbox.seal import missing
 from vrg.registry import expected_one_of
@@ -56,14 +57,18 @@ def start(
     """
     if sandbox and (lacking := missing()) is not None:
         raise ConfigError(f"{lacking}: with --no-sandbox the code of all students can do all that you can")
-    place = opened(folder, game, match, lesson, roster)
+    with owned(folder, mode=0o700):
+        _serve(opened(folder, game, match, lesson, roster), listen, jobs or cores(), tls=tls, sandbox=sandbox)
+
+
+def _serve(place: ClassFolder, listen: str | None, jobs: int, *, tls: bool, sandbox: bool) -> None:
     about = place.about
     steps = lesson_of(Path(about.lesson)) if about.lesson else []
     host, port = web_address(listen)
     port = port_at(host, port, PORT, "the class")
     page = encrypted(Admission(host=host, port=port)) if tls else None
     site = ClassSite(
-        host, port, place, steps, lambda: Tries(jobs or cores(), about.game, "planar", sealed=sandbox),
+        host, port, place, steps, lambda: Tries(jobs, about.game, "planar", sealed=sandbox),
         ClassLeague(place, about.match), *(("", "") if page is None else (page.certificate, page.private_key)),
     )  # fmt: skip
     console = make_console()
@@ -108,7 +113,7 @@ def opened(folder: Path, game: str | None, match: str | None, lesson: Path | Non
             what = f"{', '.join(other)}: its class was made with another value, which stays"
             raise ConfigError(f"{folder}: {what}: leave it out, or choose another folder")
         return there
-    if folder.exists() and any(folder.iterdir()):
+    if folder.exists() and {file.name for file in folder.iterdir()} - {OWNER}:
         raise ConfigError(f"{folder}: expected a new folder, or that of a class, found other files")
     game = game or (setup_of(match, {}).game if match else DEFAULT_GAME)
     if game not in GAMES:

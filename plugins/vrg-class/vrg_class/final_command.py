@@ -13,6 +13,7 @@ from vrg.commands.options import make_console
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.files import write_whole
+from vrg.launch.folder_lock import owned
 from vrg.playing.by_command import play_file
 from vrg.toml_text import with_value
 from vrg_class.bracket import first_round, next_round
@@ -40,17 +41,27 @@ def final(
     other roles, each pair plays two, with sides changed. A draw is for the one with the higher place. The runs are in
     FOLDER/final.
     """
-    place, console = ClassFolder(folder), make_console()
+    place = ClassFolder(folder)
+    with owned(place.path / "final"):
+        _play(place, match, places, show or (), lockstep=lockstep, sandbox=sandbox)
+
+
+def _play(
+    place: ClassFolder, match: str | None, places: int, show: Sequence[str], *, lockstep: bool, sandbox: bool
+) -> None:
+    console = make_console()
     league = ClassLeague(place, place.about.match)
     best = [str(row["name"]) for row in league.board if row["games"]][:places]
     if len(best) < 2:
-        raise ConfigError(f"{folder}: expected two in the leaderboard, found {len(best)}: let the league play first")
+        raise ConfigError(
+            f"{place.path}: expected two in the leaderboard, found {len(best)}: let the league play first"
+        )
     base = match or place.about.match
     # By the versions that have earned their places.
     files = {name: str(league.files[name]) for name in best}
     options = [
         "--sandbox" if sandbox else "--no-sandbox",
-        *(word for one in show or () for word in (["--web"] if one == "web" else ["--show", one])),
+        *(word for one in show for word in (["--web"] if one == "web" else ["--show", one])),
     ]
     options += ["--lockstep", "--headless", "--engine", "planar"] if lockstep else []
     number, pairs = 1, first_round(best)

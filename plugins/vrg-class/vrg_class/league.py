@@ -2,7 +2,6 @@
 
 import contextlib
 import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -12,6 +11,7 @@ from msgspec import Struct
 
 from vrg.errors import FileError
 from vrg.files import RECORDS_LIMIT, read_bytes, records_of
+from vrg.playing.by_command import started
 from vrg.system import POSIX
 from vrg_class.folder import ClassFolder, Student
 from vrg_league.games import GameRecord
@@ -24,7 +24,7 @@ GAMES: Final = 4
 ENOUGH: Final = 60
 """The games after which a version needs no more."""
 _PAUSE: Final = 10.0
-"""The real time in s after a call that has failed, as while games that a killed server began are still played."""
+"""The real time in s after a call that has failed."""
 _NICE: Final = 15
 """How much later than tries the league gets a processor."""
 
@@ -78,15 +78,14 @@ class ClassLeague:
         self._games_before = self.games
         league = self._folder.league
         command = [
-            *(["nice", "-n", str(_NICE)] if POSIX else []), sys.executable, "-P", "-m", "vrg", "league", "play",
-            str(self._folder.entries), "--output", str(league), "--games", str(GAMES), "--jobs", "1",
-            "--new-release",
-            *([] if (league / "versions.jsonl").exists() else ["--match", self._match]),
+            "league", "play", str(self._folder.entries), "--output", str(league), "--games", str(GAMES),
+            "--jobs", "1", "--new-release", *([] if (league / "versions.jsonl").exists() else ["--match", self._match]),
         ]  # fmt: skip
         with (self._folder.path / "league.log").open("ab") as log:
-            self._process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
-            )
+            self._process = started(
+                command, before=["nice", "-n", str(_NICE)] if POSIX else [], stdout=log,
+                stderr=subprocess.STDOUT, start_new_session=True,
+            )  # fmt: skip
 
     @property
     def board(self) -> list[dict[str, Any]]:

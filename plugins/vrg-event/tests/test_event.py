@@ -12,11 +12,15 @@ import urllib.request
 from datetime import datetime
 from pathlib import Path
 
+import psutil
 import pytest
 
+from tests.command_line import invoke
+from tests.system.harness import long_match
 from tests.tiny import TINY
 from vrg.errors import ConfigError
 from vrg.launch.endpoints import free_port
+from vrg.launch.folder_lock import owned
 from vrg_event.site import EventSite
 from vrg_event.timetable import Event, Outcome, Slot, read_timetable
 
@@ -206,3 +210,32 @@ def test_an_event_plays_its_matches_and_goes_on_after_it_was_ended(event: Event,
     finally:
         os.kill(process.pid, signal.SIGINT)
         process.wait(PATIENCE)
+
+
+def test_an_event_is_run_once(event: Event, tmp_path: Path) -> None:
+    with owned(event.folder):
+        done = invoke("event", str(tmp_path / "day.toml"))
+    assert f"process {os.getpid()}, or what it has started, works here already" in str(done.exception)
+
+
+@pytest.mark.system
+def test_the_match_of_an_event_that_is_killed_ends(tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text(long_match("long"))
+    (tmp_path / "day.toml").write_text('title = "Open day"\n[[matches]]\nmatch = "long.toml"\n')
+    listen = f"127.0.0.1:{free_port('127.0.0.1', 18370)}"
+    process = subprocess.Popen([sys.executable, "-m", "vrg", "event", "day.toml", "--listen", listen], cwd=tmp_path)
+    until = time.monotonic() + PATIENCE
+    try:
+        while not [*tmp_path.glob("day/runs/*/journal.jsonl")] and time.monotonic() < until:
+            threading.Event().wait(0.1)
+        started = psutil.Process(process.pid).children(recursive=True)
+    finally:
+        process.kill()
+        process.wait()
+    try:
+        assert len(started) > 5
+        _, alive = psutil.wait_procs(started, PATIENCE)
+        assert not alive
+    finally:
+        for one in psutil.wait_procs(started, 0.0)[1]:
+            one.kill()

@@ -13,6 +13,7 @@ from vrg.bus.stopping import Stop
 from vrg.commands.options import ListenOption, make_console, port_at, stoppable, web_address
 from vrg.commands.page import reached_at
 from vrg.errors import ConfigError, VrgError
+from vrg.launch.folder_lock import owned
 from vrg.playing.by_command import play_file
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
@@ -41,7 +42,12 @@ def event(
     It serves a page for the stage with the timetable and a countdown, which leads to the page of the match while one is
     played, and comes back. The same command goes on where it was.
     """
-    found = Event(read_timetable(file), file.parent, output or file.with_suffix(""))
+    folder = output or file.with_suffix("")
+    with owned(folder):
+        _serve(file, Event(read_timetable(file), file.parent, folder), listen, windows=windows)
+
+
+def _serve(file: Path, found: Event, listen: str | None, *, windows: bool) -> None:
     for number, title in enumerate(found.titles()):
         try:
             found.setup(number)  # a mistake is found before the guests come
