@@ -136,3 +136,10 @@ def test_what_a_player_starts_counts_as_its_memory(make: Make, monkeypatch: pyte
     monkeypatch.setattr(greed, "_OWN", 0)
     assert out(supervisor) == {"p0": "it uses more than 100 MB of memory"}
     wait_until(lambda: polled(supervisor) == {} and not started.is_running(), "what it has started to be ended")
+
+
+def test_a_process_that_is_listed_as_its_own_parent_is_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As process 0 of macOS and Windows."""
+    listed = [SimpleNamespace(pid=pid, ppid=lambda parent=parent: parent) for pid, parent in ((0, 0), (2, 3), (3, 2))]
+    monkeypatch.setattr(greed.psutil, "process_iter", lambda: listed)
+    assert greed._memory([7]) == {7: 0}

@@ -22,6 +22,7 @@ from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Official, OfficialAction, Stage
 from vrg.bus.node import Node, Tick
+from vrg.bus.stopping import Stop
 from vrg.commands import playing
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
@@ -314,3 +315,23 @@ def test_players_may_have_names_in_their_own_language(tmp_path: Path) -> None:
     ending, run = matches.played(matches.written(tmp_path, text), tmp_path, recorded=True, strict=True)
     assert ending.state.stage is Stage.GAME_OVER
     assert {"Ольга", "José"} < set(read_tracks(run.recording))
+
+
+def test_a_match_at_the_rate_of_a_clock_does_not_hurry_after_a_stall() -> None:
+    now = 0.0
+    pauses: list[float] = []
+
+    class Waits(Stop):
+        def wait(self, timeout: float | None = None) -> bool:
+            nonlocal now
+            pauses.append(timeout or 0.0)
+            now += pauses[-1]
+            return False
+
+    pace = how._pace(Waits(), 2.0, lambda: now)
+    now = 9.0  # a long start
+    assert all(pace(0.1 * tick) for tick in range(5))
+    assert pauses == pytest.approx([0.05] * 4)
+    now += 9.0  # a stall
+    assert all(pace(0.1 * tick) for tick in range(5, 20))
+    assert pauses[-10:] == pytest.approx([0.05] * 10)

@@ -1,5 +1,6 @@
 """Run folders."""
 
+from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
 from pathlib import Path
 
@@ -36,3 +37,12 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pyt
 def test_json_is_for_people_too(tmp_path: Path) -> None:
     write_json(tmp_path / "r.json", {"winner": "sharks"})
     assert (tmp_path / "r.json").read_text() == '{\n  "winner": "sharks"\n}\n'
+
+
+def test_a_secret_is_drawn_once_and_anew_where_the_disk_was_full(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path)
+    folder.secret_file.touch(0o600)
+    with ThreadPoolExecutor(8) as threads:
+        found = set(threads.map(lambda _: folder.secret(), range(8)))
+    assert [len(secret) for secret in found] == [32]
+    assert folder.secret() in found

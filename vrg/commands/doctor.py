@@ -22,7 +22,7 @@ from vrg.bus.topics import Keys
 from vrg.commands.matches import credentials_for
 from vrg.commands.options import JsonOption
 from vrg.errors import VrgError
-from vrg.hal.sim.engines import BULLET, check_installed
+from vrg.hal.sim.engines import BULLET, MUJOCO, check_installed
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
 from vrg.launch.running import running
@@ -73,6 +73,14 @@ def _physics() -> Finding:
     except (ImportError, RuntimeError) as error:
         return Finding("physics", False, str(error))
     return Finding("physics", True, "PyBullet starts")
+
+
+def _mujoco() -> Finding:
+    try:
+        check_installed(MUJOCO)
+    except VrgError as error:
+        return Finding("mujoco", False, str(error))
+    return Finding("mujoco", True, "the module is that of mujoco-core")
 
 
 def _display() -> Finding:
@@ -165,6 +173,7 @@ def doctor(
         _python,
         _bus,
         _physics,
+        _mujoco,
         _can,
         _display,
         _gamepads,

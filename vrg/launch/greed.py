@@ -75,9 +75,11 @@ def _memory(pids: Collection[int]) -> dict[int, int]:
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error):
             parents[process.pid] = process.ppid() or 0
+    # Some systems list process 0 as its own parent, and a number may be another process' by now.
     for pid in parents:
-        owner = pid
-        while owner in parents and owner not in used:
+        owner, seen = pid, set[int]()
+        while owner in parents and owner not in used and owner not in seen:
+            seen.add(owner)
             owner = parents[owner]
         if owner in used:
             with contextlib.suppress(psutil.Error):

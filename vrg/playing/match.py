@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import accumulate
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 from rich.markup import escape
@@ -38,6 +39,9 @@ from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import StepLog
 from vrg.ui.banner import Help
 from vrg.ui.table import TerminalTable
+
+_LAG: Final = 0.2
+"""The real time in s that a match in lockstep may make up for after it was late."""
 
 
 @dataclass(frozen=True)
@@ -279,13 +283,23 @@ def _play_in_steps(
     return ending.state, None
 
 
-def _pace(stop: Stop, rate: float) -> Callable[[float], bool]:
-    """Return a function that waits for real time between ticks. At rate 0 it only checks whether to stop."""
-    began = time.monotonic()
+def _pace(stop: Stop, rate: float, clock: Callable[[], float] = time.monotonic) -> Callable[[float], bool]:
+    """Return a function that waits for real time between ticks. At rate 0 it only checks whether to stop.
+
+    After a long start, or a stall, the match goes on later. It does not hurry to catch up.
+
+    Args:
+        clock: returns the real time, s.
+    """
+    began: float | None = None
 
     def wait(match_time: float) -> bool:
-        pause = began + match_time / rate - time.monotonic() if rate else 0.0
-        return not (stop.wait(pause) if pause > 0 else stop.is_set())
+        nonlocal began
+        if not rate:
+            return not stop.is_set()
+        since = clock() - match_time / rate
+        began = since if began is None else max(began, since - _LAG)
+        return not (stop.wait(began - since) if began > since else stop.is_set())
 
     return wait
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError
+from vrg.system import FILE_FLAGS, lock
 
 
 class RunFolder:
@@ -107,11 +108,18 @@ class RunFolder:
         Raises:
             LaunchError: its file cannot be written or read.
         """
-        path, new = self.secret_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL
+        path = self.secret_file
         try:
-            with suppress(FileExistsError), open(os.open(path, new, 0o600), "w") as file:
-                file.write(secrets.token_hex(16))
-            return path.read_text()
+            with suppress(FileNotFoundError):
+                if known := path.read_text():
+                    return known
+            with open(os.open(path, os.O_RDWR | os.O_CREAT | FILE_FLAGS, 0o600), "r+") as file:
+                lock(file, wait=True)
+                # Another process may have drawn one just now; where the disk was full, an empty file was left.
+                if not (known := file.read()):
+                    file.write(known := secrets.token_hex(16))
+                    file.flush()
+                return known
         except OSError as error:
             raise LaunchError(f"{path}: cannot be written or read: {error.strerror}: choose another place") from error
 

@@ -3,8 +3,12 @@
 The object of such an entry point is a subclass of `Engine` that is constructed from a map.
 """
 
+import base64
+import hashlib
 import platform
+from importlib.metadata import distribution, distributions
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Final
 
 from vrg.errors import ConfigError
@@ -29,6 +33,7 @@ BULLET: Final = "pybullet"
 """The engine of a match that names none, where it can be had."""
 MUJOCO: Final = "mujoco"
 """That of such a match elsewhere."""
+_MUJOCO_FILE: Final = "mujoco/__init__.py"
 _PACKAGES: Final = (BULLET, MUJOCO)
 """The engines that need the package of their name, in the order in which they are preferred."""
 
@@ -60,3 +65,29 @@ def check_installed(engine: str) -> None:
             f"engine {engine}: the package of that name is not installed{why}: choose another engine by "
             f"--engine {default_engine()}, or {how}"
         )
+    if engine == MUJOCO:
+        _check_mujoco()
+
+
+def _check_mujoco() -> None:
+    """Check that the module `mujoco` is that of mujoco-core: other packages bring one, too, and pip lets them.
+
+    Raises:
+        ConfigError: it is not.
+    """
+    own, spec = distribution("mujoco-core"), find_spec(MUJOCO)
+    [file] = [file for file in own.files or () if file.as_posix() == _MUJOCO_FILE]
+    assert spec is not None
+    digest = hashlib.sha256(Path(spec.origin or "").read_bytes()).digest()
+    if file.hash is None or file.hash.value == base64.urlsafe_b64encode(digest).decode().rstrip("="):
+        return
+    others = " and ".join(
+        f"{one.name} {one.version}" for one in distributions()
+        if one.version != own.version and _MUJOCO_FILE in map(str, one.files or ())
+    )  # fmt: skip
+    if not others:
+        return
+    raise ConfigError(
+        f"engine {MUJOCO}: expected the module mujoco of {own.name} {own.version}, found that of {others}, which plays "
+        f"another game: uninstall that, and run `pip install --force-reinstall {own.name}=={own.version}`"
+    )

@@ -17,12 +17,16 @@ The state is in the arrays of `Engine`, and in the stretch of the tyres. The sol
 import math
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 
+from vrg.hal.sim.engines import MUJOCO, check_installed
 from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
 from vrg.hal.sim.map import Map
+
+check_installed(MUJOCO)
+
+import mujoco  # noqa: E402 - what is wrong with it is said before
 
 EASE = 0.5
 """The speed in m/s at which bodies that overlap part at most."""
