@@ -278,7 +278,7 @@ BUDGETS = {
     "testing": 780,  # with what the tests and the faults of a robot on a simulated CAN bus share
     "agents": 1_390,
     "recording": 1_140,
-    "playing": 1_075,  # with the bound of match time, the seal of files alone, and where code hangs
+    "playing": 1_105,  # with the bound of match time, the seal of files alone, and where code hangs
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 860,  # with the bounds of students' code in a shared process, where plug-ins lie, and signals
     "navigation": 400,

@@ -53,6 +53,8 @@ class Odd(Strategy):
             file.write(str(os.getpid()))
         if self.count == 20 and os.path.exists("HOME/slow"):
             time.sleep(0.6)
+        if self.count > 20 and os.path.exists("HOME/slower"):
+            time.sleep(0.3)
         if self.count == 20 and os.path.exists("HOME/raises"):
             raise RuntimeError("twenty")
         if self.count == 40 and os.path.exists("HOME/once"):
@@ -103,7 +105,7 @@ def play(home: Path, name: str, apart: Strategies | None, *watchers: Node) -> tu
 
 
 def repeated(of: RunFolder, home: Path, name: str, apart: Strategies | None) -> RunFolder:
-    for file in ("slow", "raises", "broken", "once"):
+    for file in ("slow", "slower", "raises", "broken", "once"):
         (home / file).unlink(missing_ok=True)
     return repeat_match(of, home / name, NOW, apart, Stop())  # type: ignore[arg-type]
 
@@ -136,6 +138,22 @@ def test_what_a_player_is_too_late_for_is_forfeited_in_a_repetition_too(home: Pa
     assert not ending.failures
     same(folder, repeated(folder, home, "again", None))
     same(folder, repeated(folder, home, "spread", Strategies(server, every=True)))
+
+
+@pytest.mark.parametrize("where", ["here", "apart"])
+def test_who_has_spent_its_bank_of_time_forfeits_the_rest_in_a_repetition_too(
+    home: Path, server: ForkServer, where: str
+) -> None:
+    (home / "tiny.toml").write_text(MATCH.replace('map = "open"', 'map = "open"\nbank = 0.5'))
+    (home / "slower").touch()
+    folder, ending = play(home, "spent", Strategies(server, every=True) if where == "apart" else None)
+    [failure] = [failure for failure in ending.failures if failure.player == "ann"]
+    assert "so that its bank of 0.5 s is spent: it forfeits its decisions" in failure.text
+    assert ending.thinking["ann"] > 0.5
+    found = [line for line in missed(folder) if line.player == "ann"]
+    assert not any(line.asked or line.failure for line in found)
+    assert len(found) > 30, "all until the end"
+    same(folder, repeated(folder, home, "again", None))
 
 
 def test_a_process_that_is_killed_is_killed_in_a_repetition_too(home: Path, server: ForkServer) -> None:

@@ -259,6 +259,8 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.
+        bank: in one process and in lockstep, the real time in s that a player's code may take in a match beyond the
+            match time. Then it forfeits its decisions, and its robot stands.
         seats: True lets only processes with keys into the match, and each only as its seat may; see docs/seats.md. The
             default is True in a match that spans several machines, and False in others.
         sandbox: True seals the process of each player before its code is loaded, so that it can only play; see
@@ -294,6 +296,7 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     planner: Annotated[str, Constraint(PLANNERS.known)] | None = None
     on_fault: Literal["disqualify", "halt"] = "disqualify"
     memory: Annotated[int, Constraint(ge=200, le=1_000_000)] = 2000
+    bank: Annotated[float, Constraint(gt=0, le=1e6)] = 60.0
     seats: bool | None = None
     sandbox: bool | None = None
     radio: RadioTable = RadioTable()

@@ -125,6 +125,17 @@ class StrategyHere(SteppedStrategy):
         return self._strategy.complaint(what)
 
 
+class SpentStrategy(SteppedStrategy):
+    """The strategy of a player whose bank of real time is spent: it forfeits each step."""
+
+    def send(self, view: View) -> None:
+        """It decides nothing."""
+
+    def _decided(self, view: View) -> Action:
+        self._write(Missed(time=round(view.time, 6), player=self.name, asked=False))
+        raise ForfeitError
+
+
 class SubprocessStrategy(SteppedStrategy):
     """The strategy of a player in a process of its own. It is asked, and fails, as if it were here.
 
@@ -410,6 +421,10 @@ class Strategies:
                 raise
 
         return make
+
+    def spent(self, setup: MatchSetup, name: str) -> Strategy:
+        """The strategy of a player whose bank of real time is spent."""
+        return SpentStrategy(name, setup.player(name).robot, {}, self.write)
 
     def close(self) -> None:
         """End all that decide in processes of their own. Idempotent."""

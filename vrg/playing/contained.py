@@ -3,6 +3,8 @@
 import contextlib
 import io
 import logging
+import math
+import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -45,9 +47,11 @@ class ContainedPlayer(Node):
         log: the file for what it prints; None lets it print.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
         apart: True if its strategy decides in a process of its own, which has bounds of its own.
+        bank: the real time in s that it may take beyond the match time. spent: makes the strategy that follows.
+        clock: returns the real time, s.
 
     Attributes:
-        failures: what has failed so far.
+        failures: what has failed so far. thinking: the real time that it has taken, s.
     """
 
     kind = "player"
@@ -63,9 +67,14 @@ class ContainedPlayer(Node):
         *,
         disqualify: bool,
         apart: bool = False,
+        bank: float = math.inf,
+        spent: Callable[[], Strategy] | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(player.name, player.mailbox, player.period)
         self.failures: list[Failure] = []
+        self.thinking = 0.0
+        self._bank, self._spent, self._clock = bank, spent, clock
         self._player = player
         self._keys = keys
         self._make = make
@@ -99,6 +108,20 @@ class ContainedPlayer(Node):
         """
         if self._out:
             return
+        began = self._clock()
+        self._tick(tick)
+        self.thinking += self._clock() - began
+        if self._spent is not None and not self._out and self.thinking > self._bank + tick.time:
+            took = f"its code has taken {self.thinking:.0f} s of real time"
+            why = f"{took}, so that its bank of {self._bank:g} s is spent: it forfeits its decisions"
+            self._note_failure(StrategyError(why), tick)
+            self._player.play_by(self._spent())
+            self._spent = None
+        if self._log is not None and tick.time >= self._trim_at:
+            self._trim_at = tick.time + _TRIM
+            self._log.grow(tick.time)
+
+    def _tick(self, tick: Tick) -> None:
         try:
             with self._bounds:
                 self._player.tick(tick)
@@ -113,9 +136,6 @@ class ContainedPlayer(Node):
         except (SystemExit, KeyboardInterrupt, GeneratorExit) as error:
             # What it has made may run its code where it is looked at. Ctrl-C comes as a stop, and never here.
             self._fail(failure_of(error), tick, again=False)
-        if self._log is not None and tick.time >= self._trim_at:
-            self._trim_at = tick.time + _TRIM
-            self._log.grow(tick.time)
 
     @property
     def radio(self) -> Radio:
@@ -148,9 +168,7 @@ class ContainedPlayer(Node):
         """Its robot stands; it gets a fresh strategy, or is out."""
         if isinstance(error.__cause__, MemoryError):
             self._memory.lift()
-        self.failures.append(Failure(self.name, f"{error} (at {tick.time:.1f} s)"))
-        self._note(f"{tick.time:.1f} s: {error}\n{_trace(error)}")
-        log.warning("%s: %s", self.name, error)
+        self._note_failure(error, tick)
         self._player.give_way(f"{self.name}: {error}")
         why = str(error)
         if again:
@@ -167,6 +185,11 @@ class ContainedPlayer(Node):
             raise GivenUpError(f"{self.name}: {why}")
         self._out = True
         self.mailbox.publish(self._keys.official, disqualification(self.name, why))
+
+    def _note_failure(self, error: StrategyError, tick: Tick) -> None:
+        self.failures.append(Failure(self.name, f"{error} (at {tick.time:.1f} s)"))
+        self._note(f"{tick.time:.1f} s: {error}\n{_trace(error)}")
+        log.warning("%s: %s", self.name, error)
 
     def _fresh(self) -> Strategy:
         """A new strategy.

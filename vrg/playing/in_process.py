@@ -1,9 +1,10 @@
 """Plays a whole match in this process, in lockstep: virtual robots, and those whose motor controllers are emulated."""
 
 import gc
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
@@ -55,11 +56,13 @@ class Ending:
         state: the last state of the referee.
         time: the match time at the end, s.
         failures: what has failed in the code of players.
+        thinking: the real time that the code of each player has taken, s.
     """
 
     state: RefereeState
     time: float
     failures: tuple[Failure, ...] = ()
+    thinking: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -167,6 +170,8 @@ def play(
             None if logs is None else logs / f"{name}.log",
             disqualify=setup.on_fault == "disqualify",
             apart=strategies.is_apart(setup, name),
+            bank=math.inf if past else setup.bank,
+            spent=lambda: strategies.spent(setup, name),
         )
 
     waiting, now = list(changes), setup
@@ -208,7 +213,8 @@ def play(
                 break
     _write_end(steps, logs, [*players.values(), *assembly.trackers], executor.time)
     failures = tuple(failure for player in players.values() for failure in player.failures)
-    return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures)
+    thinking = {name: player.thinking for name, player in players.items()}
+    return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures, thinking)
 
 
 def _write_end(steps: StepLog | None, logs: Path | None, nodes: Iterable[Node], time: float) -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
+from typing import Any
 
 import aiohttp
 import pytest
@@ -18,6 +19,7 @@ from tests.planted import check_unknown
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch.folder_lock import owned
 from vrg.launch.sandbox.seal import missing
+from vrg_class import tries
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder
 
@@ -353,3 +355,25 @@ def test_a_class_and_its_final_are_run_once(tmp_path: Path) -> None:
         assert isinstance(done.exception, LaunchError)
         assert f"{folder}: process {os.getpid()}, or what it has started, works here already" in str(done.exception)
     assert opened(tmp_path / "class", None, None, None, None).path == place
+
+
+def test_a_slow_try_ends_while_others_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tries, "FAIR", 1.0)
+    head = "import time\nfrom vrg.agents import STILL, Strategy\n\n\nclass Mine(Strategy):\n    def act(self, view):\n"
+    (tmp_path / "slow.py").write_text(f"{head}        time.sleep(0.8)\n        return STILL\n")
+    (tmp_path / "quick.py").write_text(f"{head}        return STILL\n")
+    said: dict[str, list[dict[str, Any]]] = {"slow": [], "quick": []}
+
+    async def both() -> None:
+        queue = tries.Tries(1, "sharks-and-minnows", "planar", sealed=missing() is None)
+        for name, texts in said.items():
+            players = {"sharks": str(tmp_path / f"{name}.py")}
+            heard = lambda text, texts=texts: texts.append(json.loads(text))  # noqa: E731
+            queue.ask(tries.Try(name, "sharks-and-minnows", players, "sharks", None, 5.0, heard))
+        while not all(texts and texts[-1]["t"] == "end" for texts in said.values()):
+            await asyncio.sleep(0.05)
+        queue.close()
+
+    asyncio.run(asyncio.wait_for(both(), PATIENCE))
+    assert "others wait" in said["slow"][-1]["ended"]
+    assert "too long" not in said["quick"][-1]["ended"]

@@ -5,6 +5,7 @@ import contextlib
 import logging
 import tempfile
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -29,6 +30,10 @@ from vrg_league.game_process import server_for
 
 LONGEST: Final = 40.0
 """The real time in s that a try may take."""
+FAIR: Final = 8.0
+"""The real time in s that a try may take while others wait."""
+_LOOKED: Final = 0.5
+"""The real time in s between two looks at how long a try takes."""
 REPORTED: Final = 8_000_000
 """The number of bytes that a try may report."""
 _MESSAGE: Final = 1_000_000
@@ -47,7 +52,7 @@ class Try:
         tell: called on the server's loop with messages, texts of JSON.
 
     Attributes:
-        messages: what it has reported.
+        messages: what it has reported. slow: others wait while it is played.
     """
 
     owner: str
@@ -58,7 +63,9 @@ class Try:
     seconds: float
     tell: Callable[[str], None]
     messages: list[str] = field(default_factory=list)
+    slow: bool = False
     _child: Child | None = None
+    _began: float = 0.0
     _dropped: bool = False
 
     def add(self, text: str) -> None:
@@ -138,7 +145,12 @@ class Tries:
             loop.call_soon_threadsafe(one.add, text)
 
         try:
-            await loop.run_in_executor(self._threads, self._play, one, add)
+            playing = loop.run_in_executor(self._threads, self._play, one, add)
+            while not (await asyncio.wait([playing], timeout=_LOOKED))[0]:
+                one.slow = bool(self._waiting)
+                if one._child is not None and time.monotonic() - one._began > (FAIR if one.slow else LONGEST):
+                    await loop.run_in_executor(None, self._kill, one._child)
+            await playing
         except VrgError as error:
             loop.call_soon(one.add, encode({"t": "error", **msgspec.to_builtins(fault_of(str(error), CODE))}))
             loop.call_soon(one.add, ended(""))
@@ -166,11 +178,9 @@ class Tries:
         )  # fmt: skip
         with (place / "process.log").open("ab") as output, self._turn:
             child = self._server.run(trial.__name__, [str(place / "run")], output)
-        one._child = child
+        one._began, one._child = time.monotonic(), child
         if one._dropped:
             child.kill()
-        timer = threading.Timer(LONGEST, child.kill)
-        timer.start()
         complete = False
         try:
             with Connection(child.detached()) as pipe:
@@ -185,12 +195,15 @@ class Tries:
         except (EOFError, OSError, UnicodeDecodeError):
             pass  # it has ended, or what it sends is no message of a try
         finally:
-            timer.cancel()
-            with self._turn:
-                child.kill()
-                child.wait(1.0)
+            self._kill(child)
         if not complete:
-            add(ended("the try took too long"))
+            why = "the try took too long"
+            add(ended(f"{why}: others wait, so {FAIR:g} seconds are the most" if one.slow else why))
+
+    def _kill(self, child: Child) -> None:
+        with self._turn:
+            child.kill()
+            child.wait(1.0)
 
 
 def ended(words: str) -> str:

@@ -85,7 +85,7 @@ class Played(Struct, frozen=True, kw_only=True):
         match_time: the match time at the end, s. play_time: the time of play, s. None if the game failed.
         disqualified: the players that were disqualified.
         failures: what has failed in the code of players, in words. failing: the player of each of them.
-        wall_time: the real time that the game took, s.
+        wall_time: the real time that the game took, s. thinking: that which the code of each player took.
     """
 
     ended: str
@@ -99,6 +99,7 @@ class Played(Struct, frozen=True, kw_only=True):
     failures: list[str] = []
     failing: list[str] = []
     wall_time: float = 0.0
+    thinking: dict[str, float] = {}
 
 
 class GameRecord(Struct, frozen=True, kw_only=True):

@@ -124,7 +124,7 @@ def play(
             if len(league.active) > 1:
                 league.run(Workers(jobs or cores(), league_folder, setup), stop, finished)
             write(reloads=False)
-            show(console, standings.board(league.table, league.rows))
+            show(console, standings.board(league.table, league.rows, standings.thinking(league.rows)))
             words = f"{len(league.rows) - before} games played, {len(league.rows)} in all"
             console.print(f"{words}; the table: {where / 'index.html'}", soft_wrap=True, markup=False)
         exit_if_interrupted(stop)

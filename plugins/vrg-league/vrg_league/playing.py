@@ -75,6 +75,7 @@ def played(setup: CheckedMatch, folder: RunFolder, limit: float, server: ForkSer
         match_time=round(ending.time, 3),
         failures=[f"{failure.player}: {failure.text}" for failure in ending.failures],
         failing=[failure.player for failure in ending.failures],
+        thinking={name: round(seconds, 1) for name, seconds in ending.thinking.items()},
         wall_time=round(time.perf_counter() - began, 3),
     )
 

@@ -180,6 +180,16 @@ def board(
     return table
 
 
+def thinking(rows: Sequence[GameRecord]) -> Mapping[str, Mapping[str, str]]:
+    """The column of the leaderboard with the most real time that the code of a player took in a game, for `board`."""
+    found: dict[str, float] = {}
+    for row in rows:
+        for name, seconds in row.played.thinking.items():
+            if (label := row.label(row.teams.get(name, ""))) is not None:
+                found[label] = max(seconds, found.get(label, 0.0))
+    return {"thinking, s": {label: f"{seconds:.1f}" for label, seconds in found.items()}}
+
+
 def to_play(series: Mapping[Pairing, Series]) -> Mapping[str, Mapping[str, str]]:
     """The column of the leaderboard with the most games that each strategy has still to play, for `board`."""
     left = Counter[str]()

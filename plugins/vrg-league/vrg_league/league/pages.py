@@ -80,6 +80,7 @@ class LeaguePages:
         more = {
             "version": {label: str(version.number) for label, version in versions.items()},
             "since": {label: version.since for label, version in versions.items()},
+            **standings.thinking(league.rows),
         }
         board: list[list[Cell]] = [list(line) for line in standings.board(table, league.rows, more)]
         for line, rating in zip(board[1:], table, strict=True):
