@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import socket
 import subprocess
@@ -9,12 +10,14 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import psutil
 import pytest
 
+from tests.requirements import missing
 from tests.system.harness import wait_until
 from vrg.launch.fork_server import UNKNOWN_STATUS, Child, ForkServer, fork_server
 
@@ -81,6 +84,24 @@ def test_a_process_that_is_being_forked_is_known_although_stop_is_set(server: Fo
     forked = run(server, tmp_path / "log", "ends", "3")
     assert server.alive
     assert status(forked) == 3
+
+
+def test_processes_are_known_by_more_than_1024_files(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard < 2048:
+        missing("a limit of 2,048 open files")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 2048), hard))
+    try:
+        with ExitStack() as stack:
+            for _ in range(1100):
+                stack.enter_context(open(os.devnull))
+            server = stack.enter_context(fork_server(preload=["littering"]))
+            child = run(server, tmp_path / "log", "sleeps")
+            child.kill()
+            assert status(child) == -signal.SIGKILL
+            assert server.alive
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 def test_no_process_waits_for_a_server_that_still_loads_once_stop_is_set(server: ForkServer, tmp_path: Path) -> None:

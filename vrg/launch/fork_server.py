@@ -199,7 +199,7 @@ class ForkServer:
             while not self._pids and self._channel is not None and not self.frozen():
                 if not self._loaded and self.stop is not None and self.stop.is_set():
                     break
-                select.select([self._channel], [], [], 0.05)
+                _readable(self._channel, 0.05)
                 self.receive()
         except OSError:
             self.close(0.0)
@@ -211,7 +211,7 @@ class ForkServer:
 
     def receive(self) -> None:
         """Take in the server's answers."""
-        while self._channel is not None and select.select([self._channel], [], [], 0.0)[0]:
+        while self._channel is not None and _readable(self._channel, 0.0):
             try:
                 data = self._channel.recv(forking.MAX_REQUEST_SIZE)
             except OSError:
@@ -318,7 +318,14 @@ class _Forked(Child):
 
     def _gone(self, patience: float = 0.0) -> bool:
         """True if it has ended; waits at most so many seconds for it."""
-        return self._handle < 0 or bool(select.select([self._handle], [], [], patience)[0])
+        return self._handle < 0 or _readable(self._handle, patience)
+
+
+def _readable(file: int | socket.socket, patience: float) -> bool:
+    """Wait at most so many seconds until a file can be read. Unlike `select`, this takes more than 1,024 files."""
+    waiting = select.poll()
+    waiting.register(file, select.POLLIN)
+    return bool(waiting.poll(1000 * patience))
 
 
 class Spawned(Child):

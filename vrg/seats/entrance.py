@@ -28,7 +28,7 @@ class WaitingRoom:
     """Holds connections until they are let in. It closes those that wait for too long, and some if too many wait.
 
     Args:
-        limit: how many may wait. If more come, the oldest of the address that most of them come from is closed.
+        limit: how many may wait. If more come, the oldest of the crowd that most of them are of is closed.
         patience: the real time in s that each may wait.
     """
 
@@ -36,11 +36,16 @@ class WaitingRoom:
         self._limit, self._patience = limit, patience
         self._waiting: dict[asyncio.Transport, tuple[str, asyncio.TimerHandle]] = {}
 
-    def come(self, transport: asyncio.Transport) -> None:
-        """Let a connection wait. It is called on the loop of the connection."""
-        address = (transport.get_extra_info("peername") or ("",))[0]
+    def come(self, transport: asyncio.Transport, crowd: str = "") -> None:
+        """Let a connection wait, from now on. It is called on the loop of the connection.
+
+        Args:
+            crowd: what it has in common with others; its address if empty.
+        """
+        self.leave(transport)
+        crowd = crowd or (transport.get_extra_info("peername") or ("",))[0]
         timer = asyncio.get_running_loop().call_later(self._patience, transport.abort)
-        self._waiting[transport] = address, timer
+        self._waiting[transport] = crowd, timer
         if len(self._waiting) > self._limit:
             crowd, _ = Counter(its for its, _ in self._waiting.values()).most_common(1)[0]
             oldest = next(other for other, (its, _) in self._waiting.items() if its == crowd)

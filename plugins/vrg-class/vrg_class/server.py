@@ -165,7 +165,7 @@ class ClassSite(Site):
                 raise PermissionError("this link is not known: join again, or ask your teacher for your link")
             wanted = requests.read(await request.read(), kind)
             student = students[token]  # only now: what is known of a student may change until all has come
-            self.let_in(request)
+            self.let_in(request, token)
             return await answer(wanted, student, self._desks[student.token])
 
         return handler
@@ -196,7 +196,7 @@ class ClassSite(Site):
             student = self._folder.named(name) or self._folder.join(name)
         else:
             student = self._folder.join(name)
-        self.let_in(request)
+        self.let_in(request, "")
         return {"token": student.token, "name": student.name}
 
     async def _me(self, _: requests.Nothing, student: Student, desk: Desk) -> Any:
@@ -348,7 +348,7 @@ class ClassSite(Site):
         student = students.get(token)
         if student is None and not is_token(token, about.joining):
             raise PermissionError("this needs the link of the class")
-        self.let_in(request)
+        self.let_in(request, "" if student is None else token)
         return {
             "game": self._title, "rows": self._league.board, "games": self._league.games, "message": self._message,
             "halted": self._halted, "students": len(students), "done": sum(len(one.done) for one in students.values()),
@@ -360,7 +360,7 @@ class ClassSite(Site):
         """A page of the league. The token is in its address, so that its links lead to others."""
         if not is_token(request.match_info["token"], self._folder.about.joining):
             raise web.HTTPNotFound
-        self.let_in(request)
+        self.let_in(request, "")
         try:
             body = await asyncio.to_thread((self._folder.league / "pages" / request.match_info["file"]).read_bytes)
         except OSError:

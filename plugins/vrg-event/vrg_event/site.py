@@ -41,7 +41,7 @@ class EventSite(Site):
     async def _state(self, request: web.Request) -> web.Response:
         if (refused := self.turned_away(request)) is not None:
             return refused
-        self.let_in(request)
+        self.let_in(request, "")
         found: dict[str, Any] = self._event.state() | {"now": time.time(), "page": self._match_page}
         return web.Response(text=encode(found), content_type="application/json")
 

@@ -1,8 +1,11 @@
 """A recorded match as a page: what its server answers, and what a browser shows."""
 
 import asyncio
+import socket
 from collections.abc import Iterator
+from contextlib import ExitStack, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import aiohttp
@@ -77,3 +80,30 @@ def test_a_link_to_an_instant_shows_it_and_the_bar_goes_on_from_there(page: str,
         visitor.page.evaluate("location.hash = '#t=29'")
         visitor.wait("vrg.match.motion.latest.time === 29 && !vrg.replay.playing")
         assert visitor.errors == []
+
+
+def test_idle_connections_of_a_crowd_give_way(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrg.ui.web.site.VISITORS", 8)
+    line: Any = SimpleNamespace(begin=0.0, end=1.0, calls=[])
+    site = ReplaySite("127.0.0.1", port, line, "final")
+    site.start()
+    with ExitStack() as stack:
+        stack.callback(site.stop)
+        idle = [stack.enter_context(socket.create_connection(("127.0.0.1", port), 60.0)) for _ in range(20)]
+        for one in idle:
+            one.sendall(b"GET /match HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            assert b"200 OK" in one.recv(100_000)
+        for one in idle[:12]:
+            with suppress(ConnectionResetError):
+                while one.recv(100_000):
+                    pass  # the rest of the answer, and the end
+        assert asked(f"http://127.0.0.1:{port}/match")[0] == 200
+
+
+def test_what_goes_wrong_again_and_again_is_logged_ever_more_rarely() -> None:
+    line: Any = SimpleNamespace(begin=0.0, end=1.0, calls=[])
+    site, logged = ReplaySite("127.0.0.1", 1, line, "final"), list[dict[str, Any]]()
+    loop: Any = SimpleNamespace(default_exception_handler=logged.append)
+    for _ in range(1000):
+        site._log_trouble(loop, {"message": "socket.accept() out of system resource"})
+    assert len(logged) == 4

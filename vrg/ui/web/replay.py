@@ -35,6 +35,7 @@ class ReplaySite(Site):
         """What a page needs once: the bounds of time, s, and the calls on it."""
         if (refused := self.turned_away(request)) is not None:
             return refused
+        self.let_in(request, "")
         line = self._timeline
         marks = [{"time": mark.time, "text": mark.text, "number": mark.call.number} for mark in line.calls]
         return _json(encode(welcome(self._match) | {"begin": line.begin, "end": line.end, "marks": marks}))
@@ -43,7 +44,7 @@ class ReplaySite(Site):
         """The parts of the scene at a match time `t`, s, but for those in `have`, by the marks of their texts."""
         if (refused := self.turned_away(request)) is not None:
             return refused
-        self.let_in(request)
+        self.let_in(request, "")
         try:
             time, rate = float(request.query["t"]), float(request.query.get("rate", "1"))
             if not (math.isfinite(time) and 0.0 <= rate <= FASTEST):

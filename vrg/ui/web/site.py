@@ -6,10 +6,11 @@ import logging
 import socket
 import ssl
 import threading
-from collections.abc import Awaitable, Callable
+from collections import Counter
+from collections.abc import Awaitable, Callable, Sequence
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from typing import Final
+from typing import Any, Final
 
 from aiohttp import web
 from aiohttp.http import HttpProcessingError
@@ -34,10 +35,20 @@ PAGE_TIMEOUT: Final = 10.0
 HANDSHAKE: Final = 3.0
 """The real time in s that a browser has to agree on how a connection is encrypted."""
 _TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
-WAITING: Final = 512
+WAITING: Final = 256
 """The limit of connections that have not introduced themselves. A browser opens some for the page itself."""
 VISIT: Final = 30.0
 """The real time in s that such a connection stays."""
+VISITORS: Final = 384
+"""The limit of connections of those who have, but for officials and for what is bounded in another way.
+
+With those that wait they leave some of the 1,024 files that a process may commonly have open."""
+KEEP_ALIVE: Final = 15.0
+"""The real time in s that a connection stays between two requests."""
+_ALWAYS: Final = 86_400.0
+"""The real time in s that a visitor may take: only a crowd of others, or the end of its keep-alive, makes it leave."""
+_AT_ONCE: Final = 64
+"""The number of connections that are taken before any of them is looked at."""
 
 
 class Site:
@@ -64,7 +75,8 @@ class Site:
         self._host, self._port, self._page, self._script = host, port, page, script
         self._folders = [files("vrg.ui.web") / "static", *([] if own is None else [own])]
         self._certificate, self._private_key = certificate, private_key
-        self._waiting = WaitingRoom(WAITING, VISIT)
+        self._waiting, self._visitors = WaitingRoom(WAITING, VISIT), WaitingRoom(VISITORS, _ALWAYS)
+        self._troubles = Counter[str]()
         self._foreign = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stopping = asyncio.Event()
@@ -134,10 +146,18 @@ class Site:
         """The token that a request offers; empty for none."""
         return request.headers.get("Authorization", "").removeprefix("Bearer ")
 
-    def let_in(self, request: web.Request) -> None:
-        """Take in that it is known who is there: the connection may stay."""
+    def let_in(self, request: web.Request, who: str | None = None) -> None:
+        """Take in that it is known who is there: the connection may stay.
+
+        Args:
+            who: asks, such as a token; empty for the address. If there are too many connections, those of whom most are
+                go first. None for officials, and where others bound the number.
+        """
         if request.transport is not None:
             self._waiting.leave(request.transport)
+            self._visitors.leave(request.transport)
+            if who is not None:
+                self._visitors.come(request.transport, who)
 
     def _run(self) -> None:
         try:
@@ -150,6 +170,7 @@ class Site:
 
     async def _serve(self) -> None:
         self._loop = asyncio.get_running_loop()
+        self._loop.set_exception_handler(self._log_trouble)
         app = web.Application()
         app.on_response_prepare.append(_add_headers)
         self.add_routes(app.router)
@@ -158,15 +179,15 @@ class Site:
         runner = web.AppRunner(app, handle_signals=False, shutdown_timeout=1.0)
         await runner.setup()
         try:
-            handlers = runner.server
+            handlers, rooms = runner.server, (self._waiting, self._visitors)
             assert handlers is not None
             try:
                 tls = tls_context(self._certificate, self._private_key) if self._certificate else None
                 site = await self._loop.create_server(
-                    lambda: _Greeting(self._waiting, handlers, tls) if tls else _Connection(self._waiting, handlers),
+                    lambda: _Greeting(rooms, handlers, tls) if tls else _Connection(rooms, handlers),
                     self._host,
                     self._port,
-                    backlog=2 * WAITING,
+                    backlog=_AT_ONCE,
                 )
             except OSError as error:
                 self._failure = error
@@ -179,18 +200,25 @@ class Site:
         finally:
             await runner.cleanup()
 
+    def _log_trouble(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Log what the loop could not do, the same thing ever more rarely."""
+        what = context.get("message", "")
+        self._troubles[what] += 1
+        if is_power_of_ten(self._troubles[what]):
+            loop.default_exception_handler(context)
+
 
 class _Greeting(asyncio.Protocol):
     """A connection whose encryption is being agreed on. It waits in a room, too, unlike that of a server with `ssl`."""
 
-    def __init__(self, room: WaitingRoom, server: web.Server, tls: ssl.SSLContext) -> None:
-        self._room, self._server, self._tls = room, server, tls
+    def __init__(self, rooms: Sequence[WaitingRoom], server: web.Server, tls: ssl.SSLContext) -> None:
+        self._rooms, self._server, self._tls = rooms, server, tls
         self._early = b""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
         transport.pause_reading()
-        self._room.come(transport)
+        self._rooms[0].come(transport)
         self._agreeing = asyncio.get_running_loop().create_task(self._agree(transport))
 
     def data_received(self, data: bytes) -> None:
@@ -204,10 +232,10 @@ class _Greeting(asyncio.Protocol):
             log.debug("a connection was not encrypted: %s", error)
             return
         finally:
-            self._room.leave(transport)
+            self._rooms[0].leave(transport)
         if secured is None or secured.is_closing():
             return
-        connection = _Connection(self._room, self._server)
+        connection = _Connection(self._rooms, self._server)
         secured.set_protocol(connection)
         connection.connection_made(secured)
         if self._early:
@@ -215,23 +243,27 @@ class _Greeting(asyncio.Protocol):
 
 
 class _Connection(web.RequestHandler):
-    """A connection of aiohttp's that waits in a room until it is known who is there."""
+    """A connection of aiohttp's that waits in the first of some rooms until it is known who is there."""
 
-    __slots__ = ("_room",)
+    __slots__ = ("_rooms",)
 
-    def __init__(self, room: WaitingRoom, server: web.Server) -> None:
+    def __init__(self, rooms: Sequence[WaitingRoom], server: web.Server) -> None:
         loop = asyncio.get_running_loop()
-        super().__init__(server, loop=loop, logger=_http_log, access_log=_http_log, auto_decompress=False)
-        self._room = room
+        super().__init__(
+            server, loop=loop, logger=_http_log, access_log=_http_log, auto_decompress=False,
+            keepalive_timeout=KEEP_ALIVE,
+        )  # fmt: skip
+        self._rooms = rooms
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         if isinstance(transport, asyncio.Transport):
-            self._room.come(transport)
+            self._rooms[0].come(transport)
 
     def connection_lost(self, exc: BaseException | None) -> None:
         if self.transport is not None:
-            self._room.leave(self.transport)
+            for room in self._rooms:
+                room.leave(self.transport)
         super().connection_lost(exc)
 
 
