@@ -102,7 +102,7 @@ class GameProcess:
             if self._branch is not None:
                 write_branch(RunFolder(self.folder), self._branch)
             with (self.folder / "process.log").open("ab") as log:
-                self._process = self._server.run(playing.__name__, arguments, log)
+                self._process = self._server.run(playing.__name__, arguments, log, trusted=not sealed)
         except OSError as error:
             raise LaunchError(f"{self.folder}: no game can be played: {error}") from error
         self.answer = Connection(self._process.detached())
