@@ -170,7 +170,8 @@ def play(
             None if logs is None else logs / f"{name}.log",
             disqualify=setup.on_fault == "disqualify",
             apart=strategies.is_apart(setup, name),
-            bank=math.inf if past else setup.bank,
+            # What is only repeated takes as long as it takes.
+            bank=math.inf if past and not changes else setup.bank,
             spent=lambda: strategies.spent(setup, name),
         )
 
