@@ -157,15 +157,6 @@ class TestDrive:
         wire.advance(1.0)
         assert wire.drive.motor.velocity > 10
 
-    def test_it_remembers_its_errors_until_they_are_erased(self) -> None:
-        wire = self.turning()
-        for code in (0x2310, 0x3210):
-            wire.fault(FaultKind.ERROR, value=code)
-        assert [wire.ask(Object.ERROR_HISTORY, sub).unsigned for sub in range(4)] == [2, 0x3210, 0x2310, 0]
-        assert wire.write(Object.ERROR_HISTORY, 0, 1, 1), "only 0 erases them"
-        assert wire.write(Object.ERROR_HISTORY, 0, 0, 1) == 0
-        assert [wire.ask(Object.ERROR_HISTORY, sub).unsigned for sub in range(3)] == [0, 0, 0]
-
     def test_a_quick_stop_brakes_and_then_switches_off(self) -> None:
         wire = self.turning()
         wire.write(Object.CONTROLWORD, 0, Control.QUICK_STOP, 2)

@@ -17,7 +17,7 @@ from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg_drives.moteus import codec
 from vrg_drives.moteus.axis import MoteusAxis
-from vrg_drives.moteus.codec import Resolution, Subframe, SubframeKind
+from vrg_drives.moteus.codec import Console, Resolution, Subframe, SubframeKind
 from vrg_drives.moteus.drive import MoteusDrive
 from vrg_drives.moteus.registers import Register
 
@@ -149,8 +149,8 @@ def test_a_drive_whose_watchdog_cannot_brake_is_refused() -> None:
     axis = MoteusAxis(NODE, lambda frame, **_: sent.append(frame), SimulatedClock())
     with pytest.raises(RobotError, match=r"servo.timeout_mode 15`, so that its watchdog brakes, got no answer"):
         axis.prepare()
-    assert len({codec.typed_text(frame) for frame in sent} - {b""}) == 1
-    answer = codec.answer_text(NODE, 0, b"ERR unknown\r\n")
+    assert len({codec.console_text(frame, Console.TYPE) for frame in sent} - {None}) == 1
+    answer = codec.console(NODE, 0, Console.TELL, b"ERR unknown\r\n")
     axis = MoteusAxis(NODE, lambda _frame, **_: axis.receive(answer), SimulatedClock())
     with pytest.raises(RobotError, match="got ERR unknown"):
         axis.prepare()

@@ -34,10 +34,8 @@ _WALL_CLOCK = frozenset({"socketcan", "udp_multicast"})
 """Interfaces whose time stamps are the time of day; others count from the start of the machine or of an adapter."""
 _ECHOING = frozenset({"udp_multicast", "gs_usb", "cantact"})
 """Interfaces that give a sender its own frames back."""
-_SILENT = frozenset({"socketcan"})
-"""Interfaces that do not; of all others it is learnt from the first frame that is sent, which is a question."""
 _ECHO_TIMEOUT = 0.2
-"""s within which an adapter that gives frames back has done so."""
+"""s within which another adapter has given back the first frame that was sent, which is a question, or never will."""
 
 
 class CanBus:
@@ -68,7 +66,7 @@ class CanBus:
         self._heard_until = 0.0
         self._wanted: list[Filter] | None = None
         told = link.interface in _ECHOING or bool(link.adapter.get("receive_own_messages"))
-        self._echoing = True if told else False if link.interface in _SILENT else None
+        self._echoing: bool | None = told or None
         self._first_sent: float | None = None
         self._echoes = Echoes()
         self._echo_lock = threading.Lock()

@@ -11,7 +11,7 @@ DROPOUTS, DROPOUT_WINDOW = 3, 10.0
 """Times within so many s that the wires to a drive may fail for a moment. Where a bus loses a tenth of its frames,
 four setpoints in a row get lost about once in a quarter of an hour."""
 DROPOUT = 0.2
-"""s without an encoder message after which the wires have failed, and the least s from one such moment to the next."""
+"""s without an encoder message after which a robot stands, and the least s from one such moment to the next."""
 
 
 class Dropouts:
@@ -19,25 +19,6 @@ class Dropouts:
 
     def __init__(self) -> None:
         self._times: dict[int, deque[float]] = {}
-        self._missing: set[int] = set()
-
-    def clear(self) -> None:
-        """Judge anew from here."""
-        self._times.clear()
-        self._missing.clear()
-
-    def excuse(self, node: int) -> None:
-        """What was not heard of a drive just now is no fault of its wires."""
-        self._missing.discard(node)
-
-    def silent(self, node: int, seconds: float, now: float) -> str | None:
-        """Nothing has been heard of a drive for so long, 0 while it is heard; what is wrong, in words."""
-        if seconds > DROPOUT:
-            self._missing.add(node)
-        elif node in self._missing:
-            self._missing.remove(node)
-            return self.failed(node, now)
-        return None
 
     def failed(self, node: int, now: float) -> str | None:
         """A drive was not heard for a moment, or has not heard its setpoints; what is wrong, in words."""

@@ -124,7 +124,7 @@ class Guard:
         self.rearm_pending, self._proofs, self._proved_before = False, 0, False
         self._on_since.clear()
         self._failed_starts.clear()
-        self._dropouts.clear()
+        self._dropouts = Dropouts()
         self._odd_supply.clear()
         self._since = now
         self._identity.judge()  # whoever has answered first is expected from now on
@@ -177,7 +177,6 @@ class Guard:
             for kind, at in (("heard", axis.heard), ("reported", axis.reported_at), ("measured", axis.measured)):
                 if at > self._excused.get((axis.node, kind), -math.inf):
                     self._excused[axis.node, kind] = heard_until
-            self._dropouts.excuse(axis.node)
 
     def disarm_late(self, words: str) -> None:
         """No setpoint came in time: the robot is disarmed until it is armed again."""
@@ -253,7 +252,7 @@ class Guard:
             self.latch(problem)
         if self.not_off is None and (wrong := self._identity.judge()):
             self.fault = wrong  # it explains what else has latched
-        self._find_dropouts(heard_until)
+        self._identity.forget([axis for axis in self._axes if self._is_silent(axis, heard_until)])
         again = False
         if self.fault or self.estop or stopped:
             self.rearm_pending = False
@@ -279,17 +278,23 @@ class Guard:
 
         What has failed for a moment too often latches.
         """
+        late = heard_until - self._commanded > LATE or heard_until - self._slow_at <= START_TIMEOUT
         node = self._late_node(heard_until)
         if node is not None:
             self._count_failed_start(node)
-            late = heard_until - self._commanded > LATE or heard_until - self._slow_at <= START_TIMEOUT
-            if node in self._started and not late and (words := self._dropouts.failed(node, heard_until)):
-                self.latch(words)
-            return f"node {node}: its watchdog has stopped its motor, as no setpoint came in time: {BUSY}"
-        for axis in self._axes if self.armed else ():
-            if heard_until - max(axis.heard, self._heard_of(axis)) > DROPOUT:
-                return f"node {axis.node}: nothing was heard of it for {DROPOUT:g} s: check its wires and its plug."
-        return None
+            words = f"node {node}: its watchdog has stopped its motor, as no setpoint came in time: {BUSY}"
+            counts = node in self._started and not late
+        else:
+            node = next((axis.node for axis in self._axes if self.armed and self._is_silent(axis, heard_until)), None)
+            words = f"node {node}: nothing was heard of it for {DROPOUT:g} s: check its wires and its plug."
+            counts = node is not None
+        if counts and node is not None and (fault := self._dropouts.failed(node, heard_until)):
+            self.latch(fault)
+        return None if node is None else words
+
+    def _is_silent(self, axis: AxisReport, heard_until: float) -> bool:
+        """True if nothing has been heard of a drive for a moment."""
+        return heard_until - max(axis.heard, self._heard_of(axis)) > DROPOUT
 
     def _heard_of(self, axis: AxisReport) -> float:
         """Since when the silence of a drive's encoder counts."""
@@ -304,22 +309,9 @@ class Guard:
                 "has stopped it: it does not hear this computer. Check the wires and the plug of this drive"
             )
 
-    def _find_dropouts(self, heard_until: float) -> None:
-        """Find drives that are heard again after a moment of silence, again and again. Each says anew who it is."""
-        for axis in self._axes:
-            silence = heard_until - self._heard_of(axis)
-            if silence > DROPOUT:
-                axis.forget_serials()
-            if words := self._dropouts.silent(axis.node, silence, heard_until):
-                self.latch(words)
-
     def _excuse(self, axis: AxisReport, kind: str) -> float:
         """Until when the silence of a drive, in messages of a kind, was that of this process."""
         return self._excused.get((axis.node, kind), -math.inf)
-
-    def _is_busy(self, heard_until: float) -> bool:
-        """True if this computer was late with a setpoint a moment ago."""
-        return heard_until - self._late_at <= START_TIMEOUT
 
     def _late_node(self, heard_until: float) -> int | None:
         """The node of a drive whose watchdog has met a commander that was late; None if there is none."""
@@ -427,15 +419,12 @@ class Guard:
         if not self.armed_by_player or axis.voltage is None:
             self._odd_supply.pop(axis.node, None)
         elif self._odd_for(axis, axis.voltage) >= SUPPLY_TIMEOUT:
-            has = f"its supply has {axis.voltage:.3g} V, where"
-            if axis.voltage > self._full:
-                return (
-                    f"{has} a full battery has {self._full:g} V: is it the right battery, and can it take what braking "
-                    "motors give back? Change it, or correct `supply` in the wiring of this robot"
-                )
+            high = axis.voltage > self._full
+            battery, volts = ("a full battery", self._full) if high else ("an empty battery", self._empty)
+            question = "is it the right one" if high else "is the emergency switch released"
             return (
-                f"{has} an empty battery has {self._empty:g} V: is the emergency switch released? Charge the battery, "
-                "or correct `supply` in the wiring of this robot"
+                f"its supply has {axis.voltage:.3g} V, where {battery} has {volts:g} V: {question}? Charge or change "
+                "the battery, or correct `supply` in the wiring of this robot"
             )
         return None
 
@@ -453,6 +442,6 @@ class Guard:
         """Why a motor may be off that should be on, in words."""
         if axis.refusal:
             return f" and reports {axis.refusal}"
-        if self._is_busy(heard_until):
+        if heard_until - self._late_at <= START_TIMEOUT:
             return f": this computer is too busy, it sent no setpoint for {self._gap:.2g} s. Close other programs"
         return " and gives no reason: does it hear this computer, and can it start (see `vrg can scan`)?"

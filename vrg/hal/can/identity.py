@@ -3,7 +3,7 @@
 Where two drives have started again with each other's id, the robot would steer the wrong way round.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport
 
@@ -20,6 +20,11 @@ class Identity:
     def __init__(self, axes: Sequence[AxisReport], calibrated: Mapping[int, str]) -> None:
         self._axes = axes
         self._expected = {node: serial for node, serial in calibrated.items() if serial}
+
+    def forget(self, silent: Iterable[AxisReport]) -> None:
+        """These may have been switched off, and be others when they are heard again: they are to say who they are."""
+        for axis in silent:
+            axis.forget_serials()
 
     @property
     def unknown(self) -> int | None:

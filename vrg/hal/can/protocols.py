@@ -5,7 +5,6 @@ suite vrg.testing.protocol tests what a protocol must be able to do.
 """
 
 from dataclasses import dataclass
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from vrg.errors import ConfigError
@@ -40,7 +39,7 @@ class Protocol:
         Raises:
             ConfigError: it cannot be imported, or it is no `Axis`.
         """
-        found: type[Axis] = self._load(self.axis, "vrg.hal.can.axis", "Axis")
+        found: type[Axis] = self._load(self.axis, "vrg.hal.can.axis:Axis")
         return found
 
     @property
@@ -50,9 +49,8 @@ class Protocol:
         Raises:
             ConfigError: there is none, it cannot be imported, or it is no `EmulatedDrive`.
         """
-        if self.drive is None:
-            raise ConfigError(f"protocol {self.name}: it has no emulated drive, so that only real ones can be driven")
-        found: type[EmulatedDrive] = self._load(self.drive, "vrg.hal.can.workshop.emulated", "EmulatedDrive")
+        lacks = "it has no emulated drive, so that only real ones can be driven"
+        found: type[EmulatedDrive] = self._load(self.drive, "vrg.hal.can.workshop.emulated:EmulatedDrive", lacks)
         return found
 
     @property
@@ -62,22 +60,21 @@ class Protocol:
         Raises:
             ConfigError: there is none, it cannot be imported, or it is no `Listener`.
         """
-        if self.listener is None:
-            raise ConfigError(
-                f"protocol {self.name}: it has no listener, so that its drives cannot be found or set on a bus"
-            )
-        found: type[Listener[Any]] = self._load(self.listener, "vrg.hal.can.workshop.listener", "Listener")
+        lacks = "it has no listener, so that its drives cannot be found or set on a bus"
+        found: type[Listener[Any]] = self._load(self.listener, "vrg.hal.can.workshop.listener:Listener", lacks)
         return found
 
-    def _load(self, target: str, module: str, base: str) -> Any:
-        """The class at `target`, a subclass of the class `base` of a module of VRG."""
+    def _load(self, target: str | None, base: str, lacks: str = "") -> Any:
+        """The class at `target`, a subclass of the one of VRG at `base`; `lacks`: the words where there is none."""
+        if target is None:
+            raise ConfigError(f"protocol {self.name}: {lacks}")
         try:
             found: Any = load_object(target)
         # Another package may raise anything while it is imported, and that must not look like a fault of VRG.
         except Exception as error:
             raise ConfigError(f"protocol {self.name}: cannot import {target}: {error!r}") from error
-        if not (isinstance(found, type) and issubclass(found, getattr(import_module(module), base))):
-            wanted = f"expected a subclass of {base}, got {found!r}"
+        if not (isinstance(found, type) and issubclass(found, load_object(base))):
+            wanted = f"expected a subclass of {base.partition(':')[2]}, got {found!r}"
             raise ConfigError(f"protocol {self.name}: {target}: {wanted}")
         return found
 

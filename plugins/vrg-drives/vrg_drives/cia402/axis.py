@@ -17,34 +17,8 @@ from collections.abc import Mapping
 from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame, FrameError
 from vrg.hal.clock import Clock
-from vrg_drives.cia402.codec import (
-    CONTROL_PDO,
-    LSS,
-    LSS_ORDERS,
-    MOTION_PDO,
-    NMT_WORDS,
-    NODE_IDS,
-    NODE_MASK,
-    POWERED,
-    PROFILE_VELOCITY,
-    SDO_DOWNLOADS,
-    SERIAL_NUMBER,
-    SETPOINT_PDO,
-    STATUS_PDO,
-    SUPPLY_PDO,
-    Control,
-    DriveState,
-    Function,
-    Nmt,
-    NmtCommand,
-    Object,
-    concerns,
-    download,
-    drive_state,
-    nmt,
-    upload,
-    uploaded,
-)
+from vrg_drives.cia402 import codec
+from vrg_drives.cia402.codec import Control, DriveState, Function, Nmt, NmtCommand, Object
 from vrg_drives.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO_CODES, describe_error
 from vrg_drives.cia402.interview import Interview
 from vrg_drives.cia402.sdo import SdoClient
@@ -89,12 +63,16 @@ class Cia402Axis(Axis):
     @classmethod
     def check_node(cls, node: int) -> str | None:
         """A drive has an id from 1 to 127."""
-        return None if node in NODE_IDS else f"expected 1 to {NODE_IDS[-1]}, got {node}"
+        return None if node in codec.NODE_IDS else f"expected 1 to {codec.NODE_IDS[-1]}, got {node}"
 
     @property
     def filters(self) -> list[Filter]:
         """They let all frames from and to this node through, and orders to all, so that another master is noticed."""
-        return [Filter(self.node, NODE_MASK), Filter(Function.NMT, STANDARD_MASK), Filter(LSS, STANDARD_MASK)]
+        return [
+            Filter(self.node, codec.NODE_MASK),
+            Filter(Function.NMT, STANDARD_MASK),
+            Filter(codec.LSS, STANDARD_MASK),
+        ]
 
     @property
     def identified(self) -> bool:
@@ -110,18 +88,18 @@ class Cia402Axis(Axis):
         """Hear a frame."""
         if frame.extended or frame.fd or frame.remote:
             return
-        if frame.id == LSS:
-            if frame.data and frame.data[0] in LSS_ORDERS:
+        if frame.id == codec.LSS:
+            if frame.data and frame.data[0] in codec.LSS_ORDERS:
                 self._complain("another program gives nodes other ids or bit rates (LSS)")
             return
         if frame.id == Function.NMT:
             if len(frame.data) == 2 and frame.data[1] in (0, self.node):
                 self._complain("another program commands its network state")
             return
-        if frame.id & NODE_MASK != self.node:
+        if frame.id & codec.NODE_MASK != self.node:
             return
         self._now = max(self._now, frame.at)
-        function = frame.id & ~NODE_MASK
+        function = frame.id & ~codec.NODE_MASK
         try:
             self._take(function, frame)
         except FrameError as error:
@@ -134,13 +112,13 @@ class Cia402Axis(Axis):
             patience: s to wait in all.
         """
         if self._nmt == Nmt.STOPPED:
-            self._send(nmt(self.node, NmtCommand.PRE_OPERATIONAL))  # a stopped node answers no SDO
+            self._send(codec.nmt(self.node, NmtCommand.PRE_OPERATIONAL))  # a stopped node answers no SDO
         self._interview.ask(patience)
 
     def ask_serial(self) -> None:
         """Ask for the serial number, unless canopen asks for something else, to which the answer would not fit."""
         if not self._sdo.asking:
-            self._send(upload(self.node, Object.IDENTITY, SERIAL_NUMBER))
+            self._send(codec.upload(self.node, Object.IDENTITY, codec.SERIAL_NUMBER))
 
     def forget_serials(self) -> None:
         """Let the drive say anew who it is."""
@@ -185,10 +163,10 @@ class Cia402Axis(Axis):
         """Ask for the supply's voltage where no PDO can carry it, and how a drive is whose PDOs are off."""
         if self._cut_off and not self._sdo.asking and now - self._asked_status > _STATUS_PERIOD:
             self._asked_status = now
-            self._send(upload(self.node, Object.STATUSWORD))
+            self._send(codec.upload(self.node, Object.STATUSWORD))
         if self._asks_supply and not self._sdo.asking and now - self._asked_supply > _SUPPLY_PERIOD:
             self._asked_supply = now
-            self._send(upload(self.node, Object.VOLTAGE))
+            self._send(codec.upload(self.node, Object.VOLTAGE))
 
     def start(self) -> None:
         """Ask for operation; the rest is done as the drive confirms each step."""
@@ -204,7 +182,7 @@ class Cia402Axis(Axis):
         self._setpoint_at = self._now
         if self._master is not None:
             self._send(Frame(Function.HEARTBEAT | self._master, bytes([Nmt.OPERATIONAL])))
-        self._send(SETPOINT_PDO.frame(self.node, self._units.velocity_of(velocity)))
+        self._send(codec.SETPOINT_PDO.frame(self.node, self._units.velocity_of(velocity)))
 
     def idle(self) -> None:
         """Switch the motor off. To disable the voltage works in every state, and needs nothing but the output stage.
@@ -217,7 +195,7 @@ class Cia402Axis(Axis):
         self._control(Control.DISABLE_VOLTAGE)
         if self._cut_off and not self._sdo.asking:
             # It hears no PDO, and its watchdog is one of a PDO.
-            self._send(download(self.node, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
+            self._send(codec.download(self.node, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
 
     @property
     def _cut_off(self) -> bool:
@@ -239,16 +217,16 @@ class Cia402Axis(Axis):
         if function == Function.HEARTBEAT:
             self._heartbeat(frame)
         elif function == Function.SDO_ANSWER:
-            if not self._sdo.asking and concerns(frame.data, Object.VOLTAGE):
+            if not self._sdo.asking and codec.concerns(frame.data, Object.VOLTAGE):
                 self._take_supply(frame)
-            elif not self._sdo.asking and concerns(frame.data, Object.STATUSWORD):
-                self._take_status(uploaded(frame.data) or 0, frame.at)
+            elif not self._sdo.asking and codec.concerns(frame.data, Object.STATUSWORD):
+                self._take_status(codec.uploaded(frame.data) or 0, frame.at)
             self._sdo.hear(frame.data)
             self.serials |= {f"{serial:X}" for serial in self._sdo.serials if serial}
         elif function in _COMMANDS:
             # Frames that this master sends are not received by it, so these are another master's.
             self._complain("another program commands it too")
-        elif function == Function.SDO_REQUEST and frame.data and frame.data[0] & 0xE0 in SDO_DOWNLOADS:
+        elif function == Function.SDO_REQUEST and frame.data and frame.data[0] & 0xE0 in codec.SDO_DOWNLOADS:
             self._complain("another program sets it up too")
         elif self._prepared:
             # Before that, what its PDOs carry is unknown.
@@ -262,29 +240,29 @@ class Cia402Axis(Axis):
                 # A button at the drive: it is off from this moment, before its statusword shows it.
                 self.state, self._wanted = MotorState.ESTOP, False
         elif function == Function.TPDO1:
-            status, error, mode = STATUS_PDO.values(frame.data)
-            if self._settled and mode != PROFILE_VELOCITY:
+            status, error, mode = codec.STATUS_PDO.values(frame.data)
+            if self._settled and mode != codec.PROFILE_VELOCITY:
                 self._complain(
-                    f"its mode of operation (0x6061) is {mode}, expected {PROFILE_VELOCITY}, profile velocity: was it "
-                    "changed by another program, or at the drive?"
+                    f"its mode of operation (0x6061) is {mode}, expected {codec.PROFILE_VELOCITY}, profile velocity: "
+                    "was it changed by another program, or at the drive?"
                 )
             self._take_status(status, frame.at)
             self._judge(status, error)
         elif function == Function.TPDO2:
-            position, velocity = MOTION_PDO.values(frame.data)
+            position, velocity = codec.MOTION_PDO.values(frame.data)
             self._estimate(self._units.turns(position), self._units.turns_per_s(velocity), frame.at)
         elif function == Function.TPDO3:
-            (millivolts,) = SUPPLY_PDO.values(frame.data)
+            (millivolts,) = codec.SUPPLY_PDO.values(frame.data)
             self._supply(millivolts / 1000, frame.at)
 
     def _take_status(self, statusword: int, at: float) -> None:
         """Take in the state of the motor from a statusword."""
-        self._status = drive_state(statusword)
-        self._report_on(self._status in POWERED or self._status is DriveState.FAULT_REACTION_ACTIVE, at)
+        self._status = codec.drive_state(statusword)
+        self._report_on(self._status in codec.POWERED or self._status is DriveState.FAULT_REACTION_ACTIVE, at)
 
     def _take_supply(self, frame: Frame) -> None:
         """The answer to the question for the supply's voltage."""
-        millivolts = uploaded(frame.data)
+        millivolts = codec.uploaded(frame.data)
         if millivolts is None:
             self._asks_supply = False  # it has no such object
         else:
@@ -293,7 +271,7 @@ class Cia402Axis(Axis):
     def _heartbeat(self, frame: Frame) -> None:
         if len(frame.data) != 1:
             raise FrameError(f"heartbeat: expected 1 byte, got {len(frame.data)}")
-        if frame.data[0] not in NMT_WORDS:
+        if frame.data[0] not in codec.NMT_WORDS:
             raise FrameError(f"heartbeat: expected a network state, got 0x{frame.data[0]:02X}")
         self.heard, self._nmt = frame.at, frame.data[0]
         if self._nmt == Nmt.BOOTED and self._prepared:
@@ -302,7 +280,7 @@ class Cia402Axis(Axis):
             # It hears no setpoint now, and after a start it has forgotten its set-up. At the end of the set-up a
             # heartbeat of before may still be under way.
             self.state, self._wanted = MotorState.FAULT, False
-            words = NMT_WORDS[self._nmt]
+            words = codec.NMT_WORDS[self._nmt]
             self.fault = f"expected the network state operational, it is {words}: it must be set up anew"
         elif self.state is MotorState.SILENT:
             self.state = MotorState.IDLE
@@ -337,7 +315,7 @@ class Cia402Axis(Axis):
     def _step(self) -> None:
         """Send the next controlword on the way to where this axis is to be, if there is one."""
         if not self._wanted:
-            if self._status in POWERED or self._word & Control.FAULT_RESET:
+            if self._status in codec.POWERED or self._word & Control.FAULT_RESET:
                 self._control(Control.DISABLE_VOLTAGE)
         elif self._starting and self._status in _NEXT and not self._late:
             self._late = self._now - self._setpoint_at > DEADLINE
@@ -346,4 +324,4 @@ class Cia402Axis(Axis):
 
     def _control(self, word: int) -> None:
         self._word = word
-        self._send(CONTROL_PDO.frame(self.node, word), urgent=word == Control.DISABLE_VOLTAGE)
+        self._send(codec.CONTROL_PDO.frame(self.node, word), urgent=word == Control.DISABLE_VOLTAGE)

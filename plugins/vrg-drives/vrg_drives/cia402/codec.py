@@ -70,7 +70,7 @@ SUPPORTS_PROFILE_VELOCITY = 1 << (PROFILE_VELOCITY - 1)
 
 
 Object = enum.IntEnum("Object", {
-    "DEVICE_TYPE": 0x1000, "ERROR_REGISTER": 0x1001, "ERROR_HISTORY": 0x1003, "NAME": 0x1008, "FIRMWARE": 0x100A,
+    "DEVICE_TYPE": 0x1000, "ERROR_REGISTER": 0x1001, "NAME": 0x1008, "FIRMWARE": 0x100A,
     "STORE": 0x1010, "CONSUMER_HEARTBEAT": 0x1016, "HEARTBEAT_TIME": 0x1017, "IDENTITY": 0x1018,
     "ERROR_BEHAVIOUR": 0x1029, "RPDO": 0x1400, "RPDO_MAPPING": 0x1600, "TPDO": 0x1800, "TPDO_MAPPING": 0x1A00,
     "ABORT_CONNECTION_OPTION": 0x6007,
@@ -88,8 +88,6 @@ COB_ID, TRANSMISSION, INHIBIT, EVENT_TIMER = 1, 2, 3, 5
 """Sub-indices of 0x1400 and 0x1800. The inhibit time is in 0.1 ms, the event timer in ms."""
 SAVE = int.from_bytes(b"save", "little")
 """The signature that must be written to 0x1010:01."""
-ERRORS = 4
-"""The number of errors that the emulated drive remembers (0x1003)."""
 PDOS = 4
 """The number of PDOs in each direction."""
 NOT_VALID = 1 << 31

@@ -2,8 +2,8 @@
 
 It is a network slave (NMT, heartbeat, EMCY), an SDO server, four RPDOs and four TPDOs, and the state machine of CiA 402
 in profile velocity mode, with its halt bit. Its watchdog is the deadline of an RPDO (0x1400:05); when it expires the
-drive says so (EMCY 0x8250), and has a fault if its motor was on. It remembers its errors (0x1003), keeps its settings
-on the command to save them, and watches its master's heartbeat if it is configured to. It has no block transfers, no
+drive says so (EMCY 0x8250), and has a fault if its motor was on. It keeps its settings on the command
+to save them, and watches its master's heartbeat if it is configured to. It has no block transfers, no
 node guarding, no SYNC and no PDOs by remote frames.
 """
 
@@ -15,20 +15,9 @@ from collections.abc import Callable, Sequence
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import Cycle, DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
+from vrg_drives.cia402 import codec
 from vrg_drives.cia402 import objects as abort
-from vrg_drives.cia402.codec import (
-    ERRORS,
-    EVENT_TIMER,
-    PROFILE_VELOCITY,
-    SAVE,
-    SERIAL_NUMBER,
-    Control,
-    DriveState,
-    Function,
-    Nmt,
-    NmtCommand,
-    Object,
-)
+from vrg_drives.cia402.codec import Control, DriveState, Function, Nmt, NmtCommand, Object
 from vrg_drives.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO, error_register
 from vrg_drives.cia402.objects import Objects, ObjectServer
 from vrg_drives.cia402.pdos import DrivePdos
@@ -74,11 +63,10 @@ class Cia402Drive(EmulatedDrive):
                 self.objects.remove(Object.ENCODER_RESOLUTION)
             if said.velocity_unit is not None:
                 self.objects.remove(Object.VELOCITY_UNIT)
-        self.objects[Object.IDENTITY, SERIAL_NUMBER] = self.options.serial & 0xFFFFFFFF
+        self.objects[Object.IDENTITY, codec.SERIAL_NUMBER] = self.options.serial & 0xFFFFFFFF
         self.objects[Object.HEARTBEAT_TIME, 0] = round(self.options.heartbeat * 1000)
-        self.objects[Object.RPDO + 1, EVENT_TIMER] = round(self.options.watchdog * 1000)
+        self.objects[Object.RPDO + 1, codec.EVENT_TIMER] = round(self.options.watchdog * 1000)
         self.objects.restore(self._stored)
-        self._remember([0] * (ERRORS + 1))
         self._consumer = HeartbeatConsumer(self.objects)
         self._measures: dict[int, Callable[[], int]] = {
             Object.POSITION: lambda: _signed(round(self._estimates()[0] * self._units.counts)),
@@ -188,11 +176,9 @@ class Cia402Drive(EmulatedDrive):
     def _refuse(self, index: int, sub: int, value: int) -> int:
         """The abort code of a write; 0 where it is allowed."""
         if index == Object.MODE:
-            return 0 if value in (0, PROFILE_VELOCITY) else abort.BAD_VALUE
+            return 0 if value in (0, codec.PROFILE_VELOCITY) else abort.BAD_VALUE
         if index == Object.STORE:
-            return 0 if value == SAVE else abort.NOT_STORED
-        if index == Object.ERROR_HISTORY:
-            return abort.BAD_VALUE if value else 0
+            return 0 if value == codec.SAVE else abort.NOT_STORED
         return self._pdos.refused(index, sub, value)
 
     def _wrote(self, index: int, sub: int, value: int) -> None:
@@ -206,8 +192,6 @@ class Cia402Drive(EmulatedDrive):
         elif index == Object.STORE:
             self.objects[index, sub] = 1
             self._stored = self.objects.stored()
-        elif index == Object.ERROR_HISTORY:
-            self._remember([0] * (ERRORS + 1))
         elif index == Object.CONSUMER_HEARTBEAT:
             self._consumer.set_anew()
 
@@ -240,16 +224,8 @@ class Cia402Drive(EmulatedDrive):
         self._watchdog = 0.0 if first == math.inf else max(1e-9, first - self._fed)
 
     def _emergency(self, code: int) -> Frame:
-        if code:
-            history = [self.objects[Object.ERROR_HISTORY, sub] for sub in range(ERRORS + 1)]
-            self._remember([min(ERRORS, history[0] + 1), code, *history[1:-1]])
         register = error_register(code or self._machine.error)
         return Frame(Function.EMCY | self.node, struct.pack("<HB5x", code, register))
-
-    def _remember(self, history: Sequence[int]) -> None:
-        """Keep how many errors there were, and which, the newest first."""
-        for sub, value in enumerate(history):
-            self.objects[Object.ERROR_HISTORY, sub] = value
 
     def _fail(self, code: int) -> list[Frame]:
         """A fault has occurred: it lets go of the motor at once, or brakes it first if 0x605E demands it.
@@ -271,7 +247,7 @@ class Cia402Drive(EmulatedDrive):
         braking = self._machine.state is not DriveState.OPERATION_ENABLED
         aim, ramp = 0.0, Object.QUICK_STOP_DECELERATION
         if not braking:
-            if self.objects[Object.MODE, 0] == PROFILE_VELOCITY and not self._machine.word & Control.HALT:
+            if self.objects[Object.MODE, 0] == codec.PROFILE_VELOCITY and not self._machine.word & Control.HALT:
                 aim = self._aim
             ramp = Object.ACCELERATION if abs(aim) > abs(self._speed) else Object.DECELERATION
         change = self._units.turns_per_s(self.objects[ramp, 0]) * dt

@@ -6,14 +6,9 @@ from vrg_drives.cia402.sdo import NoAnswerError, SdoClient
 from vrg_drives.cia402.units import Cia402Options, Units, units
 
 _QUESTIONS = (
-    (Object.DEVICE_TYPE, 0),
-    (Object.HEARTBEAT_TIME, 0),
-    (Object.SUPPORTED_MODES, 0),
-    (Object.ENCODER_RESOLUTION, 1),
-    (Object.ENCODER_RESOLUTION, 2),
-    (Object.VELOCITY_UNIT, 0),
-    (Object.IDENTITY, SERIAL_NUMBER),
-)
+    (Object.DEVICE_TYPE, 0), (Object.HEARTBEAT_TIME, 0), (Object.SUPPORTED_MODES, 0), (Object.ENCODER_RESOLUTION, 1),
+    (Object.ENCODER_RESOLUTION, 2), (Object.VELOCITY_UNIT, 0), (Object.IDENTITY, SERIAL_NUMBER),
+)  # fmt: skip
 """The serial number is last: a second drive's answer to it may come a little later."""
 _TRIES = 3
 """The number of times that one question is sent in one go. Of two drives that share an id, the late answer of the one

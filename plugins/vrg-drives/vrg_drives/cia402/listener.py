@@ -9,25 +9,8 @@ from vrg.hal.can.axis import AxisReport, Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
 from vrg.hal.clock import Clock
-from vrg_drives.cia402.codec import (
-    NMT_WORDS,
-    NODE_IDS,
-    NODE_MASK,
-    POWERED,
-    SAVE,
-    SERIAL_NUMBER,
-    Control,
-    Function,
-    Nmt,
-    NmtCommand,
-    Object,
-    concerns,
-    download,
-    drive_state,
-    nmt,
-    upload,
-    uploaded,
-)
+from vrg_drives.cia402 import codec
+from vrg_drives.cia402.codec import Control, Function, Nmt, NmtCommand, Object
 from vrg_drives.cia402.errors import describe_error
 from vrg_drives.cia402.units import units
 
@@ -50,21 +33,14 @@ _FUNCTIONS = frozenset(Function) - {Function.NMT, Function.HEARTBEAT}
 _GREETINGS = 2
 """Times that all ids are asked: a question may get lost, and more of them would fill the bus."""
 _LASTING = (
-    (Object.ENCODER_RESOLUTION, 1),
-    (Object.ENCODER_RESOLUTION, 2),
-    (Object.VELOCITY_UNIT, 0),
-    (Object.FIRMWARE, 0),
+    (Object.ENCODER_RESOLUTION, 1), (Object.ENCODER_RESOLUTION, 2), (Object.VELOCITY_UNIT, 0), (Object.FIRMWARE, 0),
     (Object.NAME, 0),
-)
+)  # fmt: skip
 """The objects that are read only once."""
 _CHANGING = (
-    (Object.IDENTITY, SERIAL_NUMBER),
-    (Object.STATUSWORD, 0),
-    (Object.ERROR_CODE, 0),
-    (Object.POSITION, 0),
-    (Object.VELOCITY, 0),
-    (Object.VOLTAGE, 0),
-)
+    (Object.IDENTITY, codec.SERIAL_NUMBER), (Object.STATUSWORD, 0), (Object.ERROR_CODE, 0), (Object.POSITION, 0),
+    (Object.VELOCITY, 0), (Object.VOLTAGE, 0),
+)  # fmt: skip
 """The objects that are read each time. The serial number does not change, but a second drive of the same id may have
 joined."""
 
@@ -100,11 +76,11 @@ class CanopenNode(AxisReport):
     @property
     def words(self) -> str:
         """Its states in the network and, if it is a drive, as one."""
-        words = "no heartbeat" if self.network is None else NMT_WORDS[self.network]
+        words = "no heartbeat" if self.network is None else codec.NMT_WORDS[self.network]
         status = self._number(Object.STATUSWORD, size=2)
         if status is None:
             return words
-        known = drive_state(status)
+        known = codec.drive_state(status)
         return f"{words}, {known.words if known else f'statusword 0x{status:04X}'}"
 
     @property
@@ -114,13 +90,13 @@ class CanopenNode(AxisReport):
 
     def receive(self, frame: Frame) -> None:
         """Hear one of its frames."""
-        function = frame.id & ~NODE_MASK
+        function = frame.id & ~codec.NODE_MASK
         if function == Function.HEARTBEAT:
             self.heard, self.network = frame.at, frame.data[0] & 0x7F
         elif function == Function.SDO_ANSWER:
             self.heard = frame.at
-            if concerns(frame.data, Object.STATUSWORD):
-                self._learn_status(uploaded(frame.data), frame.at)
+            if codec.concerns(frame.data, Object.STATUSWORD):
+                self._learn_status(codec.uploaded(frame.data), frame.at)
             if self._client is not None:
                 self._client.hear(frame.data)
                 self.serials |= {f"{serial:X}" for serial in self._client.serials}
@@ -129,7 +105,7 @@ class CanopenNode(AxisReport):
         """Take in its statusword; a node that has none is no drive."""
         self.is_drive = status is not None
         self._answers[Object.STATUSWORD, 0] = None if status is None else status.to_bytes(4, "little")
-        self.on = None if status is None else drive_state(status) in POWERED
+        self.on = None if status is None else codec.drive_state(status) in codec.POWERED
         self.reported_at = at
 
     def ask(self) -> None:
@@ -182,15 +158,15 @@ class CanopenListener(Listener[CanopenNode]):
 
         A node that starts up tells one byte of zero, as orders of other protocols do.
         """
-        number = frame.id & NODE_MASK
+        number = frame.id & codec.NODE_MASK
         if frame.extended or frame.fd or frame.remote or not number:
             return Claim.NONE
-        function = frame.id & ~NODE_MASK
+        function = frame.id & ~codec.NODE_MASK
         if number in self.found and function in _FUNCTIONS:
             return Claim.CERTAIN
-        if function == Function.HEARTBEAT and len(frame.data) == 1 and frame.data[0] & 0x7F in NMT_WORDS:
+        if function == Function.HEARTBEAT and len(frame.data) == 1 and frame.data[0] & 0x7F in codec.NMT_WORDS:
             return Claim.CERTAIN if frame.data[0] or number in self.found else Claim.LIKELY
-        asked = self._greetings and function == Function.SDO_ANSWER and concerns(frame.data, Object.STATUSWORD)
+        asked = self._greetings and function == Function.SDO_ANSWER and codec.concerns(frame.data, Object.STATUSWORD)
         return Claim.CERTAIN if asked else Claim.NONE
 
     def owns(self, frame: Frame) -> bool:
@@ -199,17 +175,17 @@ class CanopenListener(Listener[CanopenNode]):
             return False
         if frame.id == Function.NMT:
             return len(frame.data) == _NMT_BYTES
-        return frame.id & ~NODE_MASK in set(Function) and frame.id & NODE_MASK in self.found
+        return frame.id & ~codec.NODE_MASK in set(Function) and frame.id & codec.NODE_MASK in self.found
 
     def hear(self, frame: Frame) -> None:
         """Take in a frame: heartbeats, and the answers to what was asked."""
-        self._recognise(frame.id & NODE_MASK, frame).receive(frame)
+        self._recognise(frame.id & codec.NODE_MASK, frame).receive(frame)
 
     def greet(self) -> None:
         """Ask all ids whether a drive is there that is on: some have no heartbeat."""
         if self._greetings < _GREETINGS and self._clock.now() >= self._speaks_at:
             self._greetings += 1
-            self._send_all(upload(number, Object.STATUSWORD) for number in NODE_IDS)
+            self._send_all(codec.upload(number, Object.STATUSWORD) for number in codec.NODE_IDS)
 
     def _send_all(self, frames: Iterable[Frame]) -> None:
         """Send many frames, and leave others room on the bus.
@@ -232,16 +208,18 @@ class CanopenListener(Listener[CanopenNode]):
         All ids are written to, as a drive may have no heartbeat, and go on without a master (0x6007).
         """
         for number in list(self.found):
-            self._send(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
-        self._send(nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)
+            self._send(codec.download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
+        self._send(codec.nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)
         if self._clock.now() >= self._speaks_at:
-            self._send_all(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2) for number in NODE_IDS)
+            self._send_all(
+                codec.download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2) for number in codec.NODE_IDS
+            )
         self._greetings = 0
 
     def clear(self, node: CanopenNode) -> None:
         """Send a fault reset, which is the rising edge of bit 7."""
         for word in (Control.DISABLE_VOLTAGE, Control.FAULT_RESET, Control.DISABLE_VOLTAGE):
-            self._send(download(node.node, Object.CONTROLWORD, word, 2))
+            self._send(codec.download(node.node, Object.CONTROLWORD, word, 2))
 
     def read(self, node: CanopenNode, setting: str) -> str:
         """Return the value of an object of a drive, such as 0x6083 or 0x1401:05: a text, or an unsigned number.
@@ -274,7 +252,7 @@ class CanopenListener(Listener[CanopenNode]):
         Raises:
             RobotError: there is no answer, or it refuses.
         """
-        self._write(node, Object.STORE, 1, SAVE.to_bytes(4, "little"))
+        self._write(node, Object.STORE, 1, codec.SAVE.to_bytes(4, "little"))
 
     def _object(self, node: CanopenNode, setting: str) -> bytes:
         data = node.client.read(*_object_of(setting), ANSWER_TIMEOUT)
@@ -285,6 +263,10 @@ class CanopenListener(Listener[CanopenNode]):
     def _write(self, node: CanopenNode, index: int, sub: int, data: bytes) -> None:
         if not node.client.write(index, sub, data, _WRITE_TIMEOUT):
             raise RobotError(f"canopen {node.node}: it refuses 0x{index:04X}:{sub:02X}")
+
+
+def _switch_off(number: int) -> Frame:
+    return codec.download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2)
 
 
 def _object_of(text: str) -> tuple[int, int]:

@@ -11,21 +11,8 @@ from canopen.sdo.exceptions import SdoAbortedError
 from canopen.sdo.server import SdoServer
 
 from vrg.hal.can.frame import Frame
-from vrg_drives.cia402.codec import (
-    COB_ID,
-    DEVICE_TYPE,
-    ERRORS,
-    EVENT_TIMER,
-    INHIBIT,
-    NOT_VALID,
-    PDOS,
-    SERIAL_NUMBER,
-    SUPPORTS_PROFILE_VELOCITY,
-    TRANSMISSION,
-    Function,
-    Object,
-    mapping_entry,
-)
+from vrg_drives.cia402 import codec
+from vrg_drives.cia402.codec import Function, Object
 from vrg_drives.cia402.units import INCREMENTS_PER_S
 
 NO_OBJECT, NO_SUB, WRITE_ONLY, READ_ONLY = 0x0602_0000, 0x0609_0011, 0x0601_0001, 0x0601_0002
@@ -53,7 +40,7 @@ def object_dictionary(node: int) -> ObjectDictionary:
     objects = ObjectDictionary()  # type: ignore[no-untyped-call]
     ramp = 200 * ENCODER_COUNTS
     variables = (
-        (Object.DEVICE_TYPE, u32, "ro", DEVICE_TYPE, False), (Object.ERROR_REGISTER, u8, "ro", 0, True),
+        (Object.DEVICE_TYPE, u32, "ro", codec.DEVICE_TYPE, False), (Object.ERROR_REGISTER, u8, "ro", 0, True),
         (Object.NAME, text, "const", "VRG emulated drive", False), (Object.FIRMWARE, text, "const", "1.0.0", False),
         (Object.HEARTBEAT_TIME, u16, "rw", 0, False), (Object.ERROR_CODE, u16, "ro", 0, True),
         (Object.CONTROLWORD, u16, "rw", 0, True), (Object.STATUSWORD, u16, "ro", 0, True),
@@ -63,27 +50,28 @@ def object_dictionary(node: int) -> ObjectDictionary:
         (Object.VOLTAGE, u32, "ro", 0, True), (Object.ACCELERATION, u32, "rw", ramp, True),
         (Object.DECELERATION, u32, "rw", ramp, True), (Object.QUICK_STOP_DECELERATION, u32, "rw", ramp, True),
         (Object.VELOCITY_UNIT, u32, "ro", INCREMENTS_PER_S, False), (Object.TARGET_VELOCITY, i32, "rw", 0, True),
-        (Object.SUPPORTED_MODES, u32, "ro", SUPPORTS_PROFILE_VELOCITY, False),
+        (Object.SUPPORTED_MODES, u32, "ro", codec.SUPPORTS_PROFILE_VELOCITY, False),
     )  # fmt: skip
     for index, kind, access, default, mappable in variables:
         objects.add_object(_variable(index.name, index, 0, kind, access, default, mappable))
-    identity = [(1, u32, "ro", 0), (2, u32, "ro", 1), (3, u32, "ro", 1), (SERIAL_NUMBER, u32, "ro", 0)]
+    identity = [(1, u32, "ro", 0), (2, u32, "ro", 1), (3, u32, "ro", 1), (codec.SERIAL_NUMBER, u32, "ro", 0)]
     _record(objects, Object.IDENTITY, identity)
-    _record(objects, Object.ERROR_HISTORY, [(sub, u32, "ro", 0) for sub in range(1, ERRORS + 1)], count=0)
     _record(objects, Object.STORE, [(1, u32, "rw", 1)])
     _record(objects, Object.CONSUMER_HEARTBEAT, [(1, u32, "rw", 0)])
     _record(objects, Object.ERROR_BEHAVIOUR, [(1, u8, "rw", 0)])
     _record(objects, Object.ENCODER_RESOLUTION, [(1, u32, "ro", ENCODER_COUNTS), (2, u32, "ro", 1)])
-    for number in range(PDOS):
+    for number in range(codec.PDOS):
         for communication, mapping, cob_id, first in (
             (Object.RPDO, Object.RPDO_MAPPING, Function.RPDO1, Object.CONTROLWORD),
             (Object.TPDO, Object.TPDO_MAPPING, Function.TPDO1, Object.STATUSWORD),
         ):
-            identifier = (cob_id + 0x100 * number) | node | (NOT_VALID if number else 0)
-            settings = [(COB_ID, u32, "rw", identifier), (TRANSMISSION, u8, "rw", 255)]
-            settings += [(INHIBIT, u16, "rw", 0), (EVENT_TIMER, u16, "rw", 0)]
+            identifier = (cob_id + 0x100 * number) | node | (codec.NOT_VALID if number else 0)
+            settings = [(codec.COB_ID, u32, "rw", identifier), (codec.TRANSMISSION, u8, "rw", 255)]
+            settings += [(codec.INHIBIT, u16, "rw", 0), (codec.EVENT_TIMER, u16, "rw", 0)]
             _record(objects, communication + number, settings)
-            entries = [(sub, u32, "rw", mapping_entry(first, 16) if sub == 1 and not number else 0) for sub in _ENTRIES]
+            entries = [
+                (sub, u32, "rw", codec.mapping_entry(first, 16) if sub == 1 and not number else 0) for sub in _ENTRIES
+            ]
             _record(objects, mapping + number, entries, count=0 if number else 1)
     return objects
 

@@ -10,28 +10,8 @@ from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
 from vrg.hal.clock import Clock
 from vrg.hal.driver import COMMAND_TIMEOUT
-from vrg_drives.cia402.codec import (
-    COB_ID,
-    CONTROL_PDO,
-    EVENT_TIMER,
-    INHIBIT,
-    MOTION_PDO,
-    NODE_IDS,
-    NODE_MASK,
-    NOT_VALID,
-    PROFILE_VELOCITY,
-    SETPOINT_PDO,
-    STATUS_PDO,
-    SUPPLY_PDO,
-    TRANSMISSION,
-    Control,
-    Function,
-    NmtCommand,
-    Object,
-    Pdo,
-    mapping_entry,
-    nmt,
-)
+from vrg_drives.cia402 import codec
+from vrg_drives.cia402.codec import Control, Function, NmtCommand, Object, Pdo
 from vrg_drives.cia402.sdo import NoAnswerError, SdoClient
 
 DEADLINE = COMMAND_TIMEOUT
@@ -90,23 +70,23 @@ class SetUp:
         with self._asking():
             self._write(Object.CONTROLWORD, 0, Control.DISABLE_VOLTAGE, 2)
             # Drives let their PDOs be mapped only while they are pre-operational.
-            self._send(nmt(self._node, NmtCommand.PRE_OPERATIONAL))
+            self._send(codec.nmt(self._node, NmtCommand.PRE_OPERATIONAL))
             self.firmware = self._text(Object.FIRMWARE)
             self._write(Object.HEARTBEAT_TIME, 0, round(HEARTBEAT * 1000), 2)
-            self._map(CONTROL_PDO)
+            self._map(codec.CONTROL_PDO)
             self._map_setpoints()
             # The drive sends its statusword whenever that changes, and at least this often. An encoder changes all the
             # time: the inhibit time keeps a drive that takes this for an event from filling the bus.
-            self._map(STATUS_PDO, every=0.05)
-            self._map(MOTION_PDO, every=0.01, inhibit=0.01)
+            self._map(codec.STATUS_PDO, every=0.05)
+            self._map(codec.MOTION_PDO, every=0.01, inhibit=0.01)
             try:
-                self._map(SUPPLY_PDO, every=1.0, inhibit=0.5)
+                self._map(codec.SUPPLY_PDO, every=1.0, inhibit=0.5)
                 self.tells_supply = True
             except canopen.SdoAbortedError as error:
                 if error.code not in _MISSING:
                     raise
             self._react_when_cut_off()
-            self._write(Object.MODE, 0, PROFILE_VELOCITY, 1)
+            self._write(Object.MODE, 0, codec.PROFILE_VELOCITY, 1)
 
     def _react_when_cut_off(self) -> None:
         """Let a drive that would go on without a network have a fault; one without this object has it anyway."""
@@ -126,13 +106,13 @@ class SetUp:
             RobotError: the drive can do neither.
         """
         try:
-            self._map(SETPOINT_PDO, every=DEADLINE)
-            answer = f"{self._number(Object.RPDO + 1, EVENT_TIMER, 2)} ms"
+            self._map(codec.SETPOINT_PDO, every=DEADLINE)
+            answer = f"{self._number(Object.RPDO + 1, codec.EVENT_TIMER, 2)} ms"
         except canopen.SdoAbortedError as error:
             if error.code not in _MISSING:
                 raise
             answer = f"that it has none ({error})"
-            self._map(SETPOINT_PDO)
+            self._map(codec.SETPOINT_PDO)
         if answer == f"{round(DEADLINE * 1000)} ms":
             return
         if self._watch_master():
@@ -159,11 +139,11 @@ class SetUp:
                 self._write(Object.ERROR_BEHAVIOUR, 1, _STAY, 1)
         except canopen.SdoAbortedError:
             return False
-        return kept and master_of(self._node) in NODE_IDS
+        return kept and master_of(self._node) in codec.NODE_IDS
 
     def begin(self) -> None:
         """Let the drive's PDOs begin."""
-        self._send(nmt(self._node, NmtCommand.START))
+        self._send(codec.nmt(self._node, NmtCommand.START))
 
     def wait_for_mode(self) -> None:
         """Wait until the drive has taken the mode of operation.
@@ -174,7 +154,7 @@ class SetUp:
         with self._asking():
             for _ in range(_MODE_TRIES):
                 mode = self._number(Object.MODE_DISPLAY, 0, 1, signed=True)
-                if mode == PROFILE_VELOCITY:
+                if mode == codec.PROFILE_VELOCITY:
                     return
                 self._clock.sleep(_MODE_PAUSE)
         raise RobotError(f"node {self._node}: expected profile velocity mode (0x6061), the drive stays in {mode}")
@@ -218,22 +198,22 @@ class SetUp:
         mapping = settings + Object.RPDO_MAPPING - Object.RPDO
         # The bit that refuses remote frames means nothing in the PDOs that the drive hears.
         identifier = pdo.function | self._node | (0 if commands else _NO_REMOTE)
-        self._write(settings, COB_ID, identifier | NOT_VALID, 4)
-        self._write(settings, TRANSMISSION, 255, 1)
+        self._write(settings, codec.COB_ID, identifier | codec.NOT_VALID, 4)
+        self._write(settings, codec.TRANSMISSION, 255, 1)
         if inhibit is not None:
-            self._write(settings, INHIBIT, round(inhibit * 10_000), 2)
+            self._write(settings, codec.INHIBIT, round(inhibit * 10_000), 2)
         try:
-            self._write(settings, EVENT_TIMER, round(every * 1000), 2)
+            self._write(settings, codec.EVENT_TIMER, round(every * 1000), 2)
         except canopen.SdoAbortedError as error:
             if every or error.code not in _MISSING:
                 raise
         self._map_objects(mapping, pdo)
-        self._write(settings, COB_ID, identifier, 4)
+        self._write(settings, codec.COB_ID, identifier, 4)
 
     def _map_objects(self, mapping: int, pdo: Pdo) -> None:
         """Write the entries of a mapping. A drive whose number of entries is fixed gets empty ones too."""
         sizes = (8 * struct.calcsize(kind) for kind in pdo.packing.format.lstrip("<"))
-        entries = [mapping_entry(index, bits) for index, bits in zip(pdo.objects, sizes, strict=True)]
+        entries = [codec.mapping_entry(index, bits) for index, bits in zip(pdo.objects, sizes, strict=True)]
         try:
             self._write(mapping, 0, 0, 1)
         except canopen.SdoAbortedError:
@@ -252,4 +232,4 @@ def master_of(node: int) -> int:
 
     No other robot's master may keep it going. Another node with this id is found as the watchdog is proved.
     """
-    return NODE_MASK - node
+    return codec.NODE_MASK - node

@@ -16,7 +16,7 @@ from vrg.hal.can.frame import EXTENDED_MASK, Filter, Frame, FrameError
 from vrg.hal.clock import Clock
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg_drives.moteus import codec
-from vrg_drives.moteus.codec import Resolution, Subframe, SubframeKind
+from vrg_drives.moteus.codec import Console, Resolution, Subframe, SubframeKind
 from vrg_drives.moteus.registers import (
     LIMITS,
     MAP_VERSION,
@@ -49,8 +49,8 @@ _AGAIN = 4
 questions or their answers get lost."""
 _ON_TIMEOUT = f"conf set servo.timeout_mode {int(Mode.BRAKE)}\n".encode()
 """The order to the console that holds until the drive is switched off."""
-_CONSOLE_TIMEOUT, _CONSOLE_TRY, _CONSOLE_PAUSE = 3.0, 0.3, 0.02
-"""s to wait for the console's answer; s from one order to the next, as one may get lost; s between questions."""
+_CONSOLE_TIMEOUT, _CONSOLE_PAUSE = 3.0, 0.05
+"""s to wait for the console's answer, and s from one order to the next."""
 _STATUS = (
     codec.read(Register.MODE, 1, Resolution.INT8),
     codec.read(Register.POSITION, 2),
@@ -167,9 +167,9 @@ class MoteusAxis(Axis):
         mine = destination in (self.node, codec.BROADCAST)
         if not mine and source != self.node:
             return
-        if mine and source != self.node and codec.typed_text(frame):
+        if mine and source != self.node and codec.console_text(frame, Console.TYPE):
             self._complain("another program commands it too, by its diagnostic channel")
-        if source == self.node and (text := codec.told_text(frame)) is not None:
+        if source == self.node and (text := codec.console_text(frame, Console.TELL)) is not None:
             self._console += text
             return
         try:
@@ -203,11 +203,11 @@ class MoteusAxis(Axis):
         """
         self._console = b""
         deadline = self._clock.now() + _CONSOLE_TIMEOUT
-        while (now := self._clock.now()) < deadline and not self._console_answer:
-            self._send(codec.type_text(HOST, self.node, _ON_TIMEOUT))
-            while self._clock.now() < now + _CONSOLE_TRY and not self._console_answer:
-                self._send(codec.ask_text(HOST, self.node))
-                self._clock.wait(lambda: self._console_answer, _CONSOLE_PAUSE)
+        while self._clock.now() < deadline and not self._console_answer:
+            # Either may get lost, and to be told twice harms nothing.
+            self._send(codec.console(HOST, self.node, Console.TYPE, _ON_TIMEOUT))
+            self._send(codec.console(HOST, self.node, Console.ASK))
+            self._clock.wait(lambda: self._console_answer, _CONSOLE_PAUSE)
         if self._console_answer != "OK":
             raise RobotError(
                 f"node {self.node}: expected it to take `{_ON_TIMEOUT.decode().strip()}`, so that its watchdog brakes, "

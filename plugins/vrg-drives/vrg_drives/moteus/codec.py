@@ -21,7 +21,6 @@ _LARGEST = 0xFFFF
 _REPLY = 0x8000
 _NOP = 0x50
 _ERRORS = (0x30, 0x31)
-_TO_DIAGNOSTICS, _FROM_DIAGNOSTICS, _ASK_DIAGNOSTICS = 0x40, 0x41, 0x42
 _CHANNEL = 1
 """The diagnostic channel of the drive's console."""
 _MOST_TEXT = FD_BYTES - 3
@@ -112,39 +111,27 @@ def _frame(source: int, destination: int, data: bytes, reply: bool) -> Frame:
     return Frame(identifier, data.ljust(size, bytes([_NOP])), extended=identifier > STANDARD_MASK, fd=True)
 
 
-def type_text(source: int, destination: int, text: bytes) -> Frame:
-    """The frame that types text of up to 61 bytes into the drive's console, its diagnostic channel."""
-    return _frame(source, destination, bytes([_TO_DIAGNOSTICS, _CHANNEL, len(text)]) + text, reply=False)
+class Console(enum.IntEnum):
+    """The first byte of a frame of the drive's console, its diagnostic channel, which tools type text into."""
+
+    TYPE = 0x40
+    TELL = 0x41
+    ASK = 0x42
 
 
-def ask_text(source: int, destination: int) -> Frame:
-    """The frame that asks for what the drive's console has printed."""
-    return _frame(source, destination, bytes([_ASK_DIAGNOSTICS, _CHANNEL, _MOST_TEXT]), reply=True)
+def console(source: int, destination: int, kind: Console, text: bytes = b"") -> Frame:
+    """The frame that types up to 61 bytes of text into a drive's console, tells what it has printed, or asks for it."""
+    asks = kind is Console.ASK
+    head = bytes([kind, _CHANNEL, _MOST_TEXT if asks else len(text)])
+    return _frame(source, destination, head + text, reply=asks)
 
 
-def answer_text(source: int, destination: int, text: bytes) -> Frame:
-    """The frame in which a drive tells what its console has printed."""
-    return _frame(source, destination, bytes([_FROM_DIAGNOSTICS, _CHANNEL, len(text)]) + text, reply=False)
-
-
-def typed_text(frame: Frame) -> bytes:
-    """The text that a frame types into a console, by which a tool sets a drive up and commands it; empty if none."""
-    return _text(frame, _TO_DIAGNOSTICS)
-
-
-def told_text(frame: Frame) -> bytes | None:
-    """The text of a console that a frame tells; None where it tells none."""
-    return _text(frame, _FROM_DIAGNOSTICS) if frame.data[:1] == bytes([_FROM_DIAGNOSTICS]) else None
-
-
-def asked_text(frame: Frame) -> int | None:
-    """The most bytes of a console's text that a frame asks for; None where it asks for none."""
-    return frame.data[2] if len(frame.data) > 2 and frame.data[:2] == bytes([_ASK_DIAGNOSTICS, _CHANNEL]) else None
-
-
-def _text(frame: Frame, kind: int) -> bytes:
+def console_text(frame: Frame, kind: Console) -> bytes | None:
+    """The text in a frame of a console, empty in one that asks for text; None for any other frame."""
     data = frame.data
-    return data[3 : 3 + data[2]] if len(data) > 2 and data[0] == kind else b""
+    if len(data) < 3 or data[0] != kind or data[1] != _CHANNEL:
+        return None
+    return b"" if kind is Console.ASK else data[3 : 3 + data[2]]
 
 
 def write(register: int, values: Sequence[float], resolution: Resolution = Resolution.F32) -> Subframe:

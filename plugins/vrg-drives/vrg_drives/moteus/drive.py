@@ -14,7 +14,7 @@ from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.listener import Claim, Listener
 from vrg_drives.moteus import codec
 from vrg_drives.moteus.axis import HOST, STOP_SUBFRAMES, MoteusAxis
-from vrg_drives.moteus.codec import Resolution, Subframe, SubframeKind
+from vrg_drives.moteus.codec import Console, Resolution, Subframe, SubframeKind
 from vrg_drives.moteus.registers import MAP_VERSION, WRAP, Mode, Register, scale_of
 
 _MODEL, _FIRMWARE = 9, 0x0001_0001
@@ -89,11 +89,12 @@ class MoteusDrive(EmulatedDrive):
         source, destination, reply = codec.address_of(frame.id)
         if not codec.is_plain(frame) or destination not in (self.node, codec.BROADCAST):
             return []
-        if text := codec.typed_text(frame):
+        if text := codec.console_text(frame, Console.TYPE):
             self._type(text)
-        if (most := codec.asked_text(frame)) is not None and reply:
+        if codec.console_text(frame, Console.ASK) is not None and reply:
+            most = frame.data[2]
             told, self._printed = self._printed[:most], self._printed[most:]
-            return [codec.answer_text(self.node, source, told)]
+            return [codec.console(self.node, source, Console.TELL, told)]
         try:
             subframes = codec.decode(frame)
         except FrameError:
