@@ -99,7 +99,7 @@ def _unstopped(heard: BusState, ordered: float) -> list[str]:
             continue
         name = f"{report.protocol} {report.node}"
         if report.on and report.reported_at >= ordered:
-            found.append(f"{name} is still on: does another program drive it?")
+            found.append(f"{name} is still on, or turns: does another program drive it?")
         elif not _is_off(report, ordered):
             found.append(f"{name} has not confirmed that it is off: look whether its motor turns, and cut its power")
         if abs(report.velocity) > TURNING_SPEED:

@@ -6,7 +6,6 @@ here it shorts the phases of its motor, as its default, to hold the speed at zer
 """
 
 import math
-from collections.abc import Mapping
 
 from pydantic import Field
 
@@ -143,11 +142,6 @@ class MoteusAxis(Axis):
         if self._map is not None and self._map < MAP_VERSION:
             return f"expected register map version {MAP_VERSION} or newer, got {self._map}: update the drive's firmware"
         return None
-
-    @property
-    def traits(self) -> Mapping[str, str]:
-        """Its firmware, and the version of its register map."""
-        return {**super().traits, "register map": str(self._map)}
 
     def forget(self) -> None:
         """Let the drive say anew who and what it is."""

@@ -164,11 +164,6 @@ _STANDSTILL_ERPM = 60
 class VescNode(VescAxis):
     """An axis that only listens. A motor that turns is on, as far as is known: at a steady speed its current is low."""
 
-    @property
-    def words(self) -> str:
-        """Its state, and its electrical speed, as the poles of its motor are not known."""
-        return f"{super().words}, {self.erpm} ERPM" if abs(self.erpm) > _STANDSTILL_ERPM else super().words
-
     def _report_on(self, on: bool, at: float) -> None:
         super()._report_on(on or abs(self.erpm) > _STANDSTILL_ERPM, at)
 
