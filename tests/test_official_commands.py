@@ -17,11 +17,13 @@ from vrg.bus.messages import Estop, EstopRelease
 from vrg.bus.session import open_router, open_session
 from vrg.bus.topics import Keys
 from vrg.commands import estop as stopping
-from vrg.commands.matches import keys_of
+from vrg.commands.estop import STOPPING
+from vrg.commands.matches import folders_of_keys, keys_of
 from vrg.config.targets import whole_target
 from vrg.errors import BusError, ConfigError, CredentialsError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.running import RunningMatch, registered
+from vrg.seats.credentials import PRIVATE_KEY, Credentials, credentials_of, find_credentials
 from vrg.seats.folder import KeysFolder
 from vrg.seats.seat import Roster, Seat, SeatKind
 
@@ -67,21 +69,20 @@ def test_an_emergency_stop_reaches_every_match_that_can_be_reached_and_says_whic
         assert invoke("estop").exit_code == 0
 
 
-def test_each_match_that_runs_here_is_stopped_with_its_own_keys_unless_others_are_typed(
+def test_a_match_has_the_keys_that_are_typed_or_its_own_or_those_of_the_variable(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setenv("VRG_KEYS", "/others")
-    used: dict[str, Path | None] = {}
-    monkeypatch.setattr(stopping, "_order_estop", lambda name, _at, keys, _order: used.update({name: keys}))
+    here, elsewhere, open_to_all = "tls/127.0.0.1:5", "tls/10.0.0.5:1", "tcp/10.0.0.5:1"
+    typed, own, others = Path("/typed"), Path("/own"), Path("/others")
     with listed("left", "right", right="/own"):
-        assert invoke("estop").exit_code == 0
-        assert used == {"left": Path("/others"), "right": Path("/own")}
-        here, elsewhere = "tls/127.0.0.1:5", "tls/10.0.0.5:1"
-        assert keys_of(here, Path("/others")) == Path("/own")
-        assert keys_of(here, Path("/typed")) == Path("/typed")
-        assert keys_of(elsewhere, Path("/others")) == Path("/others")
         assert keys_of(elsewhere, None) is None
+        monkeypatch.setenv("VRG_KEYS", "/others")
+        assert folders_of_keys(here, typed) == [typed, own, others]
+        assert keys_of(here, None) == own
+        assert keys_of(here, typed) == keys_of(open_to_all, typed) == typed
+        assert keys_of(elsewhere, None) == others
+        assert keys_of(open_to_all, None) is None
 
 
 ROSTER = Roster("final", {"ann": "red", "Łukasz": "blue"}, hosts=("pi",))
@@ -97,31 +98,30 @@ def keys(tmp_path_factory: pytest.TempPathFactory) -> KeysFolder:
 @pytest.mark.parametrize("seat", [seat for seat in ROSTER.seats if seat.kind not in ("router", "host")], ids=str)
 def test_every_seat_that_takes_part_stops_all_robots(keys: KeysFolder, tmp_path: Path, seat: Seat) -> None:
     keys.hand_out([Seat(SeatKind.HOST, "pi"), seat], tmp_path / "stick")
-    found = stopping._credentials_for_order("tls/x:1", tmp_path / "stick", Estop(by="ann"))
-    assert found is not None
-    assert found.common_name == seat.common_name
+    assert [found.common_name for found in credentials_of(tmp_path / "stick", STOPPING)] == [seat.common_name]
 
 
 def test_a_stop_is_an_officials_where_there_is_one_with_good_keys(keys: KeysFolder, tmp_path: Path) -> None:
     stick = tmp_path / "stick"
     keys.hand_out(ROSTER.seats, stick)
-    found = stopping._credentials_for_order("tls/x:1", stick, Estop(by="ann"))
-    assert found is not None
-    assert found.common_name == "official"
-    found.private_key.chmod(0o644)
-    other = stopping._credentials_for_order("tls/x:1", stick, Estop(by="ann"))
-    assert other is not None
-    assert other.common_name != "official"
+    first = credentials_of(stick, STOPPING)[0]
+    assert first.common_name == "official"
+    first.private_key.chmod(0o644)
+    found = [each.common_name for each in credentials_of(stick, STOPPING)]
+    assert found[0] != "official"
+    assert found[-1] == "official"
 
 
 def test_who_may_not_stop_or_release_is_told_so(keys: KeysFolder, tmp_path: Path) -> None:
     stick = tmp_path / "stick"
     keys.hand_out([Seat(SeatKind.HOST, "pi")], stick)
     with pytest.raises(CredentialsError, match=r"expected the keys of a seat that is one of official, commander, .*pi"):
-        stopping._credentials_for_order("tls/x:1", stick, Estop(by="ann"))
+        credentials_of(stick, STOPPING)
     keys.hand_out([Seat(SeatKind.PLAYER, "ann")], stick)
-    with pytest.raises(CredentialsError, match=r"expected the keys of the seat official, found those of host.pi, play"):
-        stopping._credentials_for_order("tls/x:1", stick, EstopRelease(by="ann"))
+    done = invoke("estop", "--release", "m", "--router", "tls/127.0.0.1:1", "--keys", str(stick))
+    assert done.exit_code == 1
+    assert "m: " in done.output
+    assert "expected the keys of the seat official, found those of host.pi, player.ann" in done.output
 
 
 def test_a_release_must_say_which_of_several(ordered: list[tuple[str, bool]]) -> None:
@@ -149,31 +149,79 @@ def test_a_module_in_the_working_folder_is_meant_by_its_file(tmp_path: Path, mon
     assert whole_target("sharks-and-minnows") == "sharks-and-minnows"
 
 
-def test_a_release_tells_whether_there_was_a_stop() -> None:
-    """The referee is a thread here: it reports an emergency stop until it hears of the release."""
-    endpoint, keys, ended = free_endpoint(), Keys("m"), threading.Event()
+@contextmanager
+def refereed(endpoint: str, credentials: Credentials | None = None) -> Iterator[None]:
+    """Run match `m`; its referee, a thread here, reports whether an emergency stop is engaged. It is at first."""
+    bus, ended = Keys("m"), threading.Event()
     state = synthetic.state(0.0, estop=True)
 
     def referee() -> None:
-        with open_session(endpoint) as session:
+        with open_session(endpoint, credentials=credentials) as session:
             mailbox = Mailbox("coordinator/referee")
-            releases = mailbox.subscribe(keys.estop_release)
+            stops, releases = mailbox.subscribe(bus.estop), mailbox.subscribe(bus.estop_release)
             session.attach(mailbox)
-            mailbox.publish(keys.referee_state, state)
+            mailbox.publish(bus.referee_state, state)
             while not ended.wait(0.01):
                 session.send(mailbox.collect())
                 session.receive()
                 mailbox.handover(0.0)
-                for _ in releases.take():
-                    mailbox.publish(keys.referee_state, structs.replace(state, estop=False))
+                for inlet, estop in ((stops, True), (releases, False)):
+                    if inlet.take():
+                        mailbox.publish(bus.referee_state, structs.replace(state, estop=estop))
 
-    with open_router(endpoint):
-        thread = threading.Thread(target=referee)
-        thread.start()
-        try:
-            first, second = (invoke("estop", "--release", "m", "--router", endpoint) for _ in range(2))
-        finally:
-            ended.set()
-            thread.join()
+    thread = threading.Thread(target=referee)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+def test_a_release_tells_whether_there_was_a_stop() -> None:
+    endpoint = free_endpoint()
+    with open_router(endpoint), refereed(endpoint):
+        first, second = (invoke("estop", "--release", "m", "--router", endpoint) for _ in range(2))
     assert "m: released: go on with" in first.output
     assert "m: no emergency stop was engaged, so there was nothing to release" in second.output
+
+
+@pytest.mark.parametrize(("typed", "variable"), [((), "keys/"), ((), "./keys"), (("--keys", "keys"), "")])
+def test_keys_keep_no_emergency_stop_from_a_match_that_wants_none(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, keys: KeysFolder, typed: tuple[str, ...], variable: str
+) -> None:
+    monkeypatch.chdir(keys.path.parent)
+    monkeypatch.setenv("VRG_KEYS", variable)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    endpoint = free_endpoint()
+    with open_router(endpoint), refereed(endpoint):
+        with registered(RunningMatch("m", endpoint, "x", os.getpid(), os.getcwd())):
+            done = invoke("estop", *typed)
+        assert done.output == "m: emergency stop engaged\n"
+        if not typed:  # other commands refuse keys for such a match, unless they are those of the variable
+            done = invoke("estop", "--release", "m", "--router", endpoint)
+            assert "m: released" in done.output
+
+
+def test_an_emergency_stop_tries_all_keys_that_it_finds_and_none(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, keys: KeysFolder
+) -> None:
+    others = KeysFolder(tmp_path / "others")
+    others.make("others", Roster("others", {"eve": "red"}).seats, datetime.now(UTC))
+    own = tmp_path / "own"
+    keys.hand_out([Seat(SeatKind.OFFICIAL)], own)
+    (own / "official" / PRIVATE_KEY).chmod(0o644)  # as on a stick that knows no users
+    monkeypatch.setenv("VRG_KEYS", str(others.path))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    endpoint = free_endpoint().replace("tcp/", "tls/")
+    with ExitStack() as stack:
+        stack.enter_context(open_router(endpoint, credentials=find_credentials(keys.path, [Seat(SeatKind.ROUTER)])))
+        stack.enter_context(refereed(endpoint, find_credentials(keys.path, [Seat(SeatKind.REFEREE)])))
+        entry = RunningMatch("m", endpoint, "x", os.getpid(), os.getcwd(), str(tmp_path / "gone"))
+        with registered(entry):
+            unheard = invoke("estop")
+            heard = invoke("estop", "--keys", str(own))
+    assert unheard.exit_code == 1
+    for said in ("m: the router has not heard it", f"{tmp_path / 'gone'}: expected", "of another match"):
+        assert said in unheard.output
+    assert heard.output == "m: emergency stop engaged\n"

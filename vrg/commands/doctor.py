@@ -147,8 +147,7 @@ def _messages() -> Finding:
         mailbox, keys = Mailbox(), Keys(match.match)
         pulses = mailbox.subscribe(keys.pulse())
         try:
-            seats = Path(match.keys) if match.keys else None
-            credentials = credentials_for(match.router, seats, Seat(SeatKind.OFFICIAL))
+            credentials = credentials_for(match.router, None, Seat(SeatKind.OFFICIAL))
             with open_session(match.router, patience=3.0, credentials=credentials) as session:
                 session.attach(mailbox)
                 time.sleep(2 * PULSE_PERIOD)

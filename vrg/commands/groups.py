@@ -14,6 +14,7 @@ from vrg.commands.options import (
     KeysOption,
     ListenOption,
     MatchArgument,
+    MatchKeysOption,
     ReasonOption,
     RouterOption,
     RunsOption,
@@ -32,7 +33,7 @@ class MatchOptions:
 
     match: MatchArgument = None
     router: RouterOption = None
-    keys: KeysOption = None
+    keys: MatchKeysOption = None
 
 
 @dataclass(frozen=True)

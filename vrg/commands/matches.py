@@ -163,15 +163,21 @@ def keys_of(endpoint: str, typed: Path | None) -> Path | None:
     """The folder of the keys of a running match; None where its router wants none, or the folder is not known.
 
     Args:
-        typed: what was typed with --keys, or is in VRG_KEYS. If the record of a running match on this
-            machine names its keys, only what was typed stands above that: the variable may be meant for another match.
+        typed: what was typed with --keys.
     """
-    if typed is not None and str(typed) != os.environ.get(KEYS_VARIABLE):
-        # An endpoint that has no use for them refuses them.
-        return typed
-    if not endpoint.startswith("tls/"):
-        return None
-    return next((Path(m.keys) for m in running.running() if m.router == endpoint and m.keys), typed)
+    if typed is not None or not endpoint.startswith("tls/"):
+        return typed  # an endpoint that has no use for them refuses them
+    return next(iter(folders_of_keys(endpoint, None)), None)
+
+
+def folders_of_keys(endpoint: str, typed: Path | None) -> list[Path]:
+    """The folders that may hold the keys of a running match, the likeliest first.
+
+    These are what was typed, what the match has recorded, if it runs on this machine, and what VRG_KEYS names, which
+    may be meant for another match.
+    """
+    recorded = [match.keys for match in running.running() if match.router == endpoint]
+    return [Path(folder) for folder in (typed, *recorded, os.environ.get(KEYS_VARIABLE)) if folder]
 
 
 def credentials_for(endpoint: str, typed: Path | None, *seats: Seat) -> Credentials | None:

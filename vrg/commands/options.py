@@ -97,6 +97,11 @@ KeysOption = Annotated[
     Path | None,
     typer.Option("--keys", envvar=KEYS_VARIABLE, help="Folder of the keys of the match's seats; see `vrg keys`."),
 ]
+MatchKeysOption = Annotated[
+    Path | None,
+    typer.Option("--keys", help=f"Folder of the keys of the match's seats; without it, its own, or {KEYS_VARIABLE}."),
+]
+"""For a match that runs: what was typed stands above what the match has recorded, and the variable below."""
 ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="The reason, for the journal.")]
 RunArgument = Annotated[
     Path | None,

@@ -99,26 +99,30 @@ def is_official(credentials: Credentials | None) -> bool:
     return credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
 
 
-def find_credentials_of(keys: Path, kinds: Sequence[SeatKind]) -> Credentials:
-    """The credentials of any seat of some kinds, whatever its name is, that a folder of keys has.
+def credentials_of(keys: Path, kinds: Sequence[SeatKind]) -> list[Credentials]:
+    """The credentials of all seats of some kinds, whatever their names are, that a folder of keys has.
+
+    Those whose files are not as they should be come last: an emergency stop may try them all the same.
 
     Args:
         keys: a folder that holds one folder for each seat. kinds: the kinds that will do, the preferred one first.
 
     Raises:
-        CredentialsError: it has none of them, or their files are not as they should be.
+        CredentialsError: it has none of them.
     """
-    problem: CredentialsError | None = None
-    there = _folders(keys)
-    for name in (name for kind in kinds for name in there if name.partition(".")[0] == kind):
-        found = Credentials(keys / name, name)
+
+    def is_bad(found: Credentials) -> bool:
         try:
             found.check()
-        except CredentialsError as error:
-            problem = problem or error
-        else:
-            return found
-    raise problem or _missing(keys, f"a seat that is one of {', '.join(kinds)}")
+        except CredentialsError:
+            return True
+        return False
+
+    there = _folders(keys)
+    names = [name for kind in kinds for name in there if name.partition(".")[0] == kind]
+    if not names:
+        raise _missing(keys, f"a seat that is one of {', '.join(kinds)}")
+    return sorted((Credentials(keys / name, name) for name in names), key=is_bad)
 
 
 def _missing(keys: Path, wanted: str) -> CredentialsError:
