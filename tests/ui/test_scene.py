@@ -1,6 +1,7 @@
 """What there is to see, gathered from messages."""
 
 import math
+from itertools import count
 
 import pytest
 
@@ -156,6 +157,33 @@ def test_the_inlets_bring_everything_that_a_scene_is_made_of(keys):
     assert (scene.live, scene.rate, scene.estop, len(scene.calls), nemo.length) == (True, 2.0, True, 1, 0.4)
     assert scene.player("nemo").armed
     assert inlets.feed(builder) == []
+
+
+def test_the_emergency_stop_is_shown_as_robots_latch_it(keys):
+    mailbox, match, builder = Mailbox(), synthetic.Match(keys), SceneBuilder()
+    inlets, numbers = SceneInlets(mailbox, keys), count()
+
+    def stopped_after(now, *messages, stamp=None):
+        match.say(mailbox, keys.clock, m.Clock(time=now, tick=9, epoch=0, rate=1.0, estop=False), now, 0)
+        for topic, body in messages:
+            match.say(mailbox, topic, body, now if stamp is None else stamp, next(numbers))
+        mailbox.handover(now)
+        inlets.feed(builder)
+        scene = builder.build(True)
+        return (scene.estop, scene.estop_reason)
+
+    def referee(estop):
+        return keys.referee_state, synthetic.state(9.0, estop=estop)
+
+    pressed = (True, "pressed by anna")
+    assert stopped_after(1.0, (keys.estop, m.Estop(by="anna"))) == pressed
+    assert stopped_after(1.1, referee(estop=False)) == pressed, "of which the referee has not heard yet"
+    assert stopped_after(1.2, referee(estop=True)) == pressed
+    assert stopped_after(2.0, referee(estop=False), stamp=1.3) == pressed, "what the referee said long ago"
+    assert stopped_after(2.1, referee(estop=False)) == (False, ""), "the release was missed"
+    assert stopped_after(3.0, (keys.estop, m.Estop(by="anna"))) == pressed
+    assert stopped_after(3.1, (keys.estop_release, m.EstopRelease(by="anna"))) == (False, "")
+    assert stopped_after(4.0, referee(estop=True)) == (True, ""), "the order was missed"
 
 
 def test_words_are_written_as_people_write_them():

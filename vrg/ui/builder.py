@@ -8,10 +8,12 @@ from typing import Final
 
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import is_fresh
 from vrg.bus.pacing import match_speed
 from vrg.bus.topics import Keys, name_in
 from vrg.games import UNKNOWN_GAME, game_of
-from vrg.hal.estop import EstopOrders
+from vrg.hal.estop import EstopLatch, EstopOrders
+from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.regions import Region
 from vrg.types import Vector
 from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, SceneObject, ScenePlayer, SceneStroke
@@ -117,8 +119,8 @@ class SceneBuilder:
         """Take in what a player wants to be shown."""
         self._sketches[player] = sketch
 
-    def estop(self, estop: m.Estop | m.EstopRelease) -> None:
-        """Take in that the emergency stop was engaged or released."""
+    def estop(self, estop: m.Estop | m.EstopRelease | None) -> None:
+        """Take in the order that engaged or released the emergency stop last; None if that is not known any more."""
         self._estop = estop
 
     def build(self, live: bool) -> Scene:
@@ -265,6 +267,8 @@ class SceneInlets:
     def __init__(
         self, mailbox: Mailbox, keys: Keys, *, poses: bool = True, players: Sequence[str] | None = None
     ) -> None:
+        self._mailbox = mailbox
+        self._latch = EstopLatch()
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses) if poses else None
         self._state = mailbox.subscribe(keys.referee_state)
@@ -282,15 +286,20 @@ class SceneInlets:
             return []
         for poses in self._poses.take() if self._poses is not None else ():
             builder.poses(poses.body, poses.stamp)
+        order = self._estops.take()
+        if order is not None:
+            self._latch.order(isinstance(order, m.Estop), self._mailbox.now)
+            builder.estop(order)
         for state in self._state.take():
             builder.referee(state.body)
+            if state.body.estop or is_fresh(state.stamp, self._mailbox.now, REFEREE_TIMEOUT):
+                self._latch.referee(state.body.estop, state.stamp)
+        if not self._latch.engaged:
+            builder.estop(None)  # its release may have been missed
         for report in (report for inlet in self._reports for report in inlet.take()):
             builder.report(name_in(report.key), report.body)
         for sketch in (sketch for inlet in self._sketches for sketch in inlet.take()):
             builder.sketch(name_in(sketch.key), sketch.body)
-        order = self._estops.take()
-        if order is not None:
-            builder.estop(order)
         calls = self._calls.take()
         for call in calls:
             builder.call(call.body, call.stamp)
