@@ -1,8 +1,10 @@
 """The bus over a real router, between sessions of their own."""
 
 import contextlib
+import math
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
@@ -161,9 +163,16 @@ def test_with_seats_a_sender_is_heard_on_its_own_keys_only(endpoint: str, put: C
 
 
 class Cuttable:
-    """A way to a router that can be cut while both ends go on: it passes bytes between two ports."""
+    """A way to a router that can be cut while both ends go on: it passes bytes between two ports.
 
-    def __init__(self, endpoint: str) -> None:
+    Args:
+        rate: the bytes that it lets through to the client in a second.
+    """
+
+    def __init__(self, endpoint: str, rate: float = math.inf) -> None:
+        self._rate = rate
+        self._hears = threading.Event()
+        self._hears.set()
         self._to = ("127.0.0.1", int(endpoint.rpartition(":")[2]))
         self._server = socket.create_server(("127.0.0.1", 0))
         self.endpoint = f"tcp/127.0.0.1:{self._server.getsockname()[1]}"
@@ -179,18 +188,29 @@ class Cuttable:
                     end.close()
                     continue
                 other = socket.create_connection(self._to)
-                self._ends += [end, other]
-                for pair in ((end, other), (other, end)):
-                    threading.Thread(target=self._pass, args=pair, daemon=True).start()
+                other.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 14)
+                self._ends.append(end)
+                threading.Thread(target=self._pass, args=(end, other), daemon=True).start()
+                threading.Thread(target=self._pass, args=(other, end, self._hears, self._rate), daemon=True).start()
 
     @staticmethod
-    def _pass(source: socket.socket, target: socket.socket) -> None:
+    def _pass(
+        source: socket.socket, target: socket.socket, hears: threading.Event | None = None, rate: float = math.inf
+    ) -> None:
         with contextlib.suppress(OSError):
-            while data := source.recv(1 << 16):
+            while data := source.recv(1 << 14):
+                if hears is not None:
+                    hears.wait()
+                    time.sleep(len(data) / rate)
                 target.sendall(data)
-        for end in (source, target):
-            with contextlib.suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
+        with contextlib.suppress(OSError):
+            target.shutdown(socket.SHUT_WR)
+
+    def deafen(self) -> None:
+        """Let nothing through to the client any more on the links that there are."""
+        self._hears.clear()
+        self._hears = threading.Event()
+        self._hears.set()
 
     def cut(self) -> None:
         self.open = False
@@ -272,6 +292,91 @@ def test_after_a_lost_link_there_is_a_new_session_that_has_everything_of_the_old
         pair.call(6)
         pair.until_called(6)
         assert pair.numbers == [1, 2, 3, 4, 5, 6]
+
+
+STREAM = f"{KEYS.root}/stream"
+
+
+def flood(one: Session, witness: Session, rounds: int, then: Callable[[int], object]) -> None:
+    """Publish 20 kB in each round, at the pace at which a witness hears it, and call `then` with the round's number."""
+    seen: list[str] = []
+    witness.watch_raw(STREAM, lambda key, _: seen.append(key), history=False)
+    assert one.wait_for_listener(STREAM, Qos.LATEST, PATIENCE)
+    for number in range(rounds):
+        before = len(seen)
+        for _ in range(10):
+            one.put_raw(STREAM, bytes(2_000), b"")
+        then(number)
+        wait(lambda before=before: len(seen) > before or not one.connected, "the stream")  # type: ignore[misc]
+
+
+def test_a_watcher_behind_a_slow_link_keeps_it_and_loses_no_event(endpoint: str) -> None:
+    with (
+        contextlib.closing(Cuttable(endpoint, rate=1_000_000)) as way,
+        open_session(endpoint) as one,
+        open_session(endpoint) as witness,
+        open_session(way.endpoint) as watcher,
+    ):
+        sessions = (one, witness, watcher)
+        links = [session._link.raw for session in sessions]
+        watcher.watch_raw(STREAM, lambda *_: None, history=False)
+        pair = Pair(one, watcher, CALLS, LIMITS, KEYS.clock)
+        pair.ready()
+
+        def go_on(number: int) -> None:
+            clock = m.Clock(time=float(number), tick=number, epoch=0, rate=1.0, estop=False)
+            pair.send(limit(number / 1000), (KEYS.clock, clock))
+            pair.call(number)
+
+        flood(one, witness, 300, go_on)  # more than any socket holds
+        pair.until_called(299)
+        assert pair.numbers == list(range(300))
+        pair.until(lambda: limited(pair) == 0.299 and pair.inlets[2].latest, "the newest state, and the clock")
+        assert [session._link.raw for session in sessions] == links, "no link was lost"
+        way.cut()  # zenoh's close waits for the answer to a query
+
+
+def test_who_takes_nothing_in_is_thrown_off_and_nobody_else_loses_its_link(endpoint: str, way: Cuttable) -> None:
+    with open_session(endpoint) as one, open_session(endpoint) as witness, open_session(way.endpoint) as deaf:
+        sessions = (one, witness)
+        links = [session._link.raw for session in sessions]
+        deaf.watch_raw(f"{KEYS.root}/**", lambda *_: None, history=False)
+        pair = Pair(one, witness, CALLS)
+        pair.ready()
+        way.deafen()
+
+        def go_on(number: int) -> None:
+            one._link.put(f"{KEYS.root}/event", Qos.EVENT, bytes(2_000))
+            pair.call(number)
+
+        flood(one, witness, 300, go_on)  # more than any socket holds
+        pair.until_called(299)
+        assert pair.numbers == list(range(300))
+        assert [session._link.raw for session in sessions] == links, "no link was lost"
+
+
+def test_no_message_is_under_a_wrong_key_after_a_cut_of_a_link_on_which_the_router_waits_to_send(
+    endpoint: str, way: Cuttable
+) -> None:
+    """The router then closes it for a quarter of the lease, and zenoh itself connects again meanwhile."""
+    names = [f"robot{number}" for number in range(20)]
+    with open_session(endpoint) as listener, open_session(endpoint) as camera, open_session(way.endpoint) as one:
+        pair = Pair(one, listener, KEYS.drive(), name="player/ann")
+        pair.ready()
+        one.watch_raw(STREAM, lambda *_: None, history=False)
+
+        def driven(v: float) -> bool:
+            pair.send(*((KEYS.drive(name), m.Drive(twist=Twist(v, 0.0))) for name in names))
+            heard = pair.inlets[0].by_key
+            return len(heard) == len(names) and all(each.body.twist.v == v for each in heard.values())  # type: ignore[attr-defined]
+
+        pair.until(lambda: driven(0.1), "all commands")
+        way.deafen()
+        flood(camera, listener, 30, lambda _: driven(0.2))  # in less than the lease
+        way.cut()
+        way.mend()
+        pair.until(lambda: driven(0.3) and one.connected, "all commands over the new link")
+        assert not listener.refused
 
 
 def test_what_was_published_while_the_link_was_lost_arrives_once(endpoint: str, way: Cuttable) -> None:

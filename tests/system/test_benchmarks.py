@@ -24,7 +24,7 @@ def run(benchmark: str, folder: Path = FOLDER) -> None:
 
 
 BENCHMARKS = [
-    *("speed", "pushes", "scan", "bus", "delay", "startup", "stops"),
+    *("speed", "pushes", "scan", "bus", "delay", "startup", "stops", "listeners"),
     "perception --only time",
     "perception --only match",
     "pursuit_evasion capture --courses table --engine planar",

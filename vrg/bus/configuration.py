@@ -9,6 +9,18 @@ from vrg.seats.credentials import Credentials
 
 LEASE_MS = 1000
 """The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
+BLOCKED_US = 100_000
+"""The time in us that an event or a state waits for a link that takes nothing in. Then the link is closed, because
+meanwhile the router reads nothing from the publisher. By default it waits 5 s, and the publisher loses its own link."""
+BATCH_SIZE = 8192
+"""The number of bytes that are sent at a time. A link that takes longer than LEASE_MS for them counts as lost."""
+BATCHES = 16
+"""The number of batches that wait for a link in each class of messages. What only the newest counts of has fewer at the
+router, so that it is not old when it comes over a slow link."""
+FEW_BATCHES = 8
+SEND_BUFFER_SIZE = 32_768
+"""The number of bytes that a router has the operating system keep for a link, for the same reason. By default it keeps
+up to 4 MB, which a link of 60 kB/s takes a minute for."""
 PENDING = 5000
 """The number of connections that a router takes, and of those whose other end has not identified itself yet."""
 MAX_MESSAGE_SIZE = 16_000_000
@@ -86,7 +98,17 @@ def _connect(endpoints: list[str]) -> dict[str, Any]:
 
 def _settings(mode: str, ends: dict[str, Any], credentials: Credentials | None) -> dict[str, Any]:
     """Explicit endpoints, no scouting, and a short lease."""
-    link: dict[str, Any] = {"tx": {"lease": LEASE_MS, "keep_alive": 4}, "rx": {"max_message_size": MAX_MESSAGE_SIZE}}
+    low = FEW_BATCHES if mode == "router" else BATCHES
+    queue = {
+        "size": {"control": BATCHES, "data": BATCHES, "data_low": low},
+        "congestion_control": {"block": {"wait_before_close": BLOCKED_US}},
+    }
+    link: dict[str, Any] = {
+        "tx": {"lease": LEASE_MS, "keep_alive": 4, "batch_size": BATCH_SIZE, "queue": queue},
+        "rx": {"max_message_size": MAX_MESSAGE_SIZE},
+    }
+    if mode == "router":
+        link["tcp"] = {"so_sndbuf": SEND_BUFFER_SIZE}
     if credentials is not None:
         # A router may connect to another one.
         roles = ("listen", "connect") if mode == "router" else ("connect",)
@@ -96,6 +118,7 @@ def _settings(mode: str, ends: dict[str, Any], credentials: Credentials | None) 
             **{f"{role}_private_key": os.path.abspath(credentials.private_key) for role in roles},
             "enable_mtls": True,
             "verify_name_on_connect": True,
+            **link.pop("tcp", {}),
         }
         link["protocols"] = ["tls"]
     return {

@@ -1,16 +1,18 @@
 """A process' link to the router: a zenoh session that is replaced by a new one whenever the link was lost.
 
-Zenoh itself connects the old session again, under its old id. The router may then take the new connection for one more
-link of the session that it is just closing. Both sides name keys by numbers, and the two ends of such a link count
-differently, so messages arrive under other keys than they were published on (zenoh 1.10.2). A new session has a new id,
-and nothing that is left of the old one belongs to it. Zenoh still connects the old one for the few milliseconds until
-it is closed here; nothing is published on it any more, and receivers compare the key in each message besides.
+Zenoh itself connects the old session again, under its old id. A router that still waits to send on a link that was cut
+closes it for a quarter of the lease, and takes the new connection for one more link of the old session. Keys and
+messages go by numbers on a link, and only the client counts them anew, so messages arrive under other keys than they
+were published on, or are dropped (zenoh 1.10.2). A new session has a new id, and nothing that is left of the old one
+belongs to it. Zenoh still connects the old one for the few milliseconds until it is closed here; nothing is published
+on it any more, and receivers compare the key in each message besides.
 
 The price is that zenoh's own memory of what was published is gone, too, so a link keeps the last messages itself and
 publishes them again.
 
-Here are also the ways around three other problems of zenoh: a session that is not closed hangs the interpreter at exit,
-closing inside a callback never returns, and advanced subscribers must be undeclared before the session closes.
+Here are also the ways around three other problems of zenoh: a session with callbacks that is not closed hangs the
+interpreter at exit, closing inside a direct callback never returns, and advanced subscribers must be undeclared before
+the session closes.
 """
 
 import logging
@@ -154,14 +156,22 @@ class RouterLink:
             _undeclare(item)
 
     def put(
-        self, key: str, qos: Qos, payload: bytes, *, perishable: bool = False, attachment: bytes | None = None
+        self,
+        key: str,
+        qos: Qos,
+        payload: bytes,
+        *,
+        perishable: bool = False,
+        urgent: bool = False,
+        attachment: bytes | None = None,
     ) -> None:
         """Publish a message.
 
         While the link is lost, a state waits for the next session, and so does an event, for EVENT_LIFESPAN at most.
 
         Args:
-            perishable: True for an event that counts at once or never.
+            perishable: True for an event that counts at once or never. urgent: True for what goes before the rest of
+                what only the newest counts of; it must be the same for all messages on a key.
             attachment: of a message of another kind than the match's. It is lost while the link is, and waits for no
                 subscriber: one that stands still would hold up the match.
         """
@@ -183,7 +193,8 @@ class RouterLink:
                     kept = self._kept[key] = (qos, deque(maxlen=1 if qos is Qos.STATE else EVENTS_KEPT))
                 kept[1].append((time.monotonic(), payload))
             if self._up:
-                self._publisher(key, qos, waits=attachment is None).put(payload, attachment=attachment)
+                publisher = self._publisher(key, qos, waits=attachment is None, urgent=urgent)
+                publisher.put(payload, attachment=attachment)
 
     def wanted(self, key: str) -> bool:
         """True if anybody subscribes to a key on which only the latest message counts. It costs next to nothing."""
@@ -229,12 +240,13 @@ class RouterLink:
             self._keeper.join()
         self._shut()
 
-    def _publisher(self, key: str, qos: Qos, *, waits: bool = True) -> _Publisher:
+    def _publisher(self, key: str, qos: Qos, *, waits: bool = True, urgent: bool = False) -> _Publisher:
         """The publisher of a key on the session of now; see `_declare_publisher`."""
         with self._lock:
             publisher = self._publishers.get(key)
             if publisher is None:
-                publisher = self._publishers[key] = _declare_publisher(self._raw, key, qos, waits=waits)
+                publisher = _declare_publisher(self._raw, key, qos, waits=waits, urgent=urgent)
+                self._publishers[key] = publisher
             return publisher
 
     def _watch(self, raw: zenoh.Session) -> None:
@@ -333,14 +345,17 @@ def _undeclare(item: Declared) -> None:
     log.warning("%s could not be undeclared: another thread uses it", type(item).__name__)
 
 
-def _declare_publisher(raw: zenoh.Session, key: str, qos: Qos, *, waits: bool = True) -> _Publisher:
-    """Declare the publisher of a key.
+def _declare_publisher(
+    raw: zenoh.Session, key: str, qos: Qos, *, waits: bool = True, urgent: bool = False
+) -> _Publisher:
+    """Declare the publisher of a key. What only the newest counts of has a queue of its own, behind that of the rest.
 
     Args:
-        waits: False drops what a subscriber is too slow for, in place of waiting for it.
+        waits: False drops what a subscriber is too slow for, in place of waiting for it. urgent: see `RouterLink.put`.
     """
     if qos is Qos.LATEST:
-        return raw.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
+        priority = zenoh.Priority.DATA if urgent else zenoh.Priority.DATA_LOW
+        return raw.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP, priority=priority)
     return zenoh.ext.declare_advanced_publisher(
         raw,
         key,

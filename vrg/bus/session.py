@@ -161,7 +161,8 @@ class Session:
             if sender is None:
                 sender = self._senders[message.sender] = f"{message.sender}/{self.instance}"
             payload = encode(message, sender)
-            self._link.put(message.key, out.topic.qos, payload, perishable=out.topic.perishable)
+            topic = out.topic
+            self._link.put(message.key, topic.qos, payload, perishable=topic.perishable, urgent=topic.urgent)
 
     def wait_for_listener(self, key: str, qos: Qos, patience: float) -> bool:
         """Wait until a process subscribes to `key`; return False if none does within `patience` seconds."""

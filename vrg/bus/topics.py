@@ -63,13 +63,14 @@ class Topic(Generic[T_co]):
     Args:
         key: a zenoh key expression; chunks may be `*` in a topic that is only subscribed to.
         type: the class of the messages. qos: how they are delivered.
-        perishable: see `TopicLine`.
+        perishable, urgent: see `TopicLine`.
     """
 
     key: str
     type: type[T_co]
     qos: Qos
     perishable: bool = False
+    urgent: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ class TopicLine(Generic[M]):
         meaning: the content of the message.
         perishable: True for events that count at once or never, such as a person's decision that lets robots move. They
             are not published again or asked for after a lost link.
+        urgent: True for what goes before the other LATEST messages over a link that is too slow for all of them.
     """
 
     path: str
@@ -91,13 +93,16 @@ class TopicLine(Generic[M]):
     listeners: tuple[Party, ...]
     meaning: str
     perishable: bool = False
+    urgent: bool = False
 
     @overload
     def __get__(self, keys: None, owner: "type[Keys]") -> "TopicLine[M]": ...
     @overload
     def __get__(self, keys: "Keys", owner: "type[Keys]") -> Topic[M]: ...
     def __get__(self, keys: "Keys | None", owner: "type[Keys]") -> "TopicLine[M] | Topic[M]":
-        return self if keys is None else Topic(f"{keys.root}/{self.path}", self.message, self.qos, self.perishable)
+        if keys is None:
+            return self
+        return Topic(f"{keys.root}/{self.path}", self.message, self.qos, self.perishable, self.urgent)
 
 
 class NamedLine(TopicLine[M]):
@@ -143,7 +148,7 @@ class Keys:
         ConfigError: the name cannot be part of a key.
     """
 
-    clock = TopicLine("clock", m.Clock, LATEST, (WORLD,), PLAYING, "match time")
+    clock = TopicLine("clock", m.Clock, LATEST, (WORLD,), PLAYING, "match time", urgent=True)
     poses = TopicLine(
         "poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL, TRACKER), "where every body truly is"
     )
