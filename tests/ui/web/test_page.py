@@ -343,7 +343,8 @@ class TestDriving:
             """() => {
                 const controls = window.vrg.controls, hands = [], look = () => hands.push(controls.hands !== null);
                 const pressed = { pressed: true, value: 1 }, free = { pressed: false, value: 0 };
-                const pad = { id: "pad", index: 0, connected: true, axes: [0, -1], buttons: Array(17).fill(free) };
+                const pad = { id: "pad", index: 0, mapping: "standard", connected: true, axes: [0, -1] };
+                pad.buttons = Array(17).fill(free);
                 navigator.getGamepads = () => [pad];
                 controls.letGo();
                 controls.press("ArrowUp", true);
@@ -368,7 +369,7 @@ class TestDriving:
                 const controls = window.vrg.controls, hands = [], look = () => hands.push(controls.hands !== null);
                 const pressed = { pressed: true, value: 1 }, free = { pressed: false, value: 0 };
                 const held = Array(17).fill(free).with(controls.rules.deadman, pressed);
-                const pad = { id: "pad", index: 0, connected: true, axes: [0, -1], buttons: held };
+                const pad = { id: "pad", index: 0, mapping: "standard", connected: true, axes: [0, -1], buttons: held };
                 const age = (seconds) => (pad.timestamp = performance.now() - 1000 * seconds);
                 navigator.getGamepads = () => [pad];
                 controls.letGo();
@@ -393,7 +394,8 @@ class TestDriving:
         found = driver.page.evaluate(
             """() => {
                 const controls = window.vrg.controls, hands = [], look = () => hands.push(controls.hands !== null);
-                const pad = { id: "pad", index: 0, connected: true, axes: [0, -1] }, free = { pressed: false };
+                const pad = { id: "pad", index: 0, mapping: "standard", connected: true, axes: [0, -1] };
+                const free = { pressed: false };
                 const buttons = (pressed) => Array(17).fill(free).with(controls.rules.deadman, { pressed });
                 const press = (pressed) => (pad.buttons = buttons(pressed));
                 controls.letGo();
@@ -444,7 +446,8 @@ class TestDriving:
         driver.page.evaluate(
             """() => {
                 const buttons = [...Array(17)].map(() => ({ pressed: false, value: 0 }));
-                window.testPad = { id: "pad of the test", index: 0, connected: true, axes: [0, -1, 0, 0], buttons };
+                window.testPad = { id: "pad of the test", index: 0, mapping: "standard", connected: true, buttons };
+                window.testPad.axes = [0, -1, 0, 0];
                 navigator.getGamepads = () => (window.testPad ? [window.testPad] : []);
             }"""
         )
@@ -464,6 +467,27 @@ class TestDriving:
         )
         self.wait_given_back(driver, server)
         driver.wait_text("#seat-pad", "gamepad is lost")
+
+    def test_a_gamepad_whose_buttons_the_browser_does_not_know_is_refused_in_words(self, driver, server):
+        """Its buttons have other numbers: one that is held may be any."""
+        found = driver.page.evaluate(
+            """() => {
+                const { controls } = window.vrg, buttons = Array(17).fill({ pressed: true, value: 1 });
+                const pad = { id: "strange pad", index: 0, mapping: "", connected: true, axes: [0, -1], buttons };
+                const hands = [], look = () => hands.push(controls.hands !== null);
+                navigator.getGamepads = () => [pad];
+                look();
+                pad.buttons = Array(17).fill({ pressed: false, value: 0 });
+                look();
+                pad.buttons = buttons;
+                look();
+                return hands;
+            }"""
+        )
+        assert found == [False, False, False]
+        driver.wait_text("#seat-pad", "does not know the buttons of strange pad")
+        wishes = server.wishes()
+        assert (wishes.commands, wishes.decisions) == ((), ())
 
     def test_a_page_that_is_hidden_or_closed_gives_the_player_back(self, driver, server):
         driver.page.keyboard.down("ArrowUp")

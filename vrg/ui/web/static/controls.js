@@ -41,6 +41,8 @@ export class Controls {
     this.pointer = null;
     this.padIndex = null;
     this.padLost = false;
+    /** The names of the gamepads whose buttons the browser does not know, so that none is taken for another. */
+    this.unknown = [];
     stick.addEventListener("pointerdown", (event) => this.grab(event));
     stick.addEventListener("pointermove", (event) => this.move(event));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) stick.addEventListener(name, (event) => this.free(event));
@@ -103,7 +105,9 @@ export class Controls {
 
   /** The gamepad whose dead-man's switch is held, or that was used last; null without one. BACK of any one stops all. */
   get pad() {
-    const pads = [...(navigator.getGamepads?.() ?? [])].filter((pad) => pad?.connected);
+    const all = [...(navigator.getGamepads?.() ?? [])].filter((pad) => pad?.connected);
+    const pads = all.filter((pad) => pad.mapping === "standard");
+    this.unknown = all.filter((pad) => !pads.includes(pad)).map((pad) => pad.id);
     const held = (pad) => pad.buttons[this.rules.deadman]?.pressed;
     const stopping = pads.some((pad) => pad.buttons[STOP]?.pressed);
     if (stopping && !this.stopping) this.stop();

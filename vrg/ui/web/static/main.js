@@ -168,7 +168,8 @@ function showSeat() {
   say("seat-name", WORDS.seat(player));
   const words = !driving ? WORDS.atRest(player) : own?.hindrance ? WORDS.hindered(player, own.hindrance) : WORDS.driving(player);
   say("seat-state", words);
-  say("seat-pad", controls.padLost ? WORDS.padLost : pad ? WORDS.pad(pad.id) : window.isSecureContext ? WORDS.padNone : WORDS.padInsecure);
+  const none = controls.unknown.length ? WORDS.padUnknown(controls.unknown.join(", ")) : window.isSecureContext ? WORDS.padNone : WORDS.padInsecure;
+  say("seat-pad", controls.padLost ? WORDS.padLost : pad ? WORDS.pad(pad.id) : none);
   byId("give-back").disabled = !driving;
   byId("stick").classList.toggle("driving", driving);
 }

@@ -33,6 +33,7 @@ export const WORDS = {
   givenBack: (player) => `You left this page, so ${player} plays by itself again.`,
   padNone: "No gamepad: use the stick or the arrow keys.",
   padInsecure: "Browsers show no gamepad to a page without https: use the stick or the arrow keys, or serve the page with --tls.",
+  padUnknown: (name) => `The browser does not know the buttons of ${name}: use another gamepad or browser, the stick or the arrow keys.`,
   pad: (name) => `Gamepad: ${name}. Hold RB to drive.`,
   stopped: (player) => `Because of the emergency stop, ${player} is given back.`,
   padLost: "The gamepad is lost, so the robot is given back.",
