@@ -138,6 +138,14 @@ def test_the_emergency_stop_is_shown_while_it_is_engaged():
     assert timeline.at(1.5).estop_reason == "pressed by ann: smoke"
 
 
+def test_a_release_that_was_not_recorded_is_made_up_for_by_the_referee():
+    states = [(time, synthetic.state(time, estop=estop)) for time, estop in ((0.5, False), (1.2, True), (2.0, False))]
+    timeline = Timeline(
+        match_of(*((t / 2, 0.0, 0.0, 0.0) for t in range(8)), estops=[(1.0, m.Estop(by="ann"))], states=states)
+    )
+    assert [timeline.at(time).estop for time in (0.9, 1.0, 1.9, 2.0)] == [False, True, True, False]
+
+
 def test_sketches_are_shown_until_the_next_one():
     said = [(1.0, m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0),)),))), (2.0, m.Sketch(strokes=()))]
     places = [(t / 2, 0.0, 0.0, 0.0) for t in range(8)]

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from vrg.bus import messages as m
 from vrg.games import game_of
+from vrg.hal.estop import EstopLatch
 from vrg.recording.recorded import RecordedMatch, Timed
 from vrg.regions import Region
 from vrg.types import Pose
@@ -76,7 +77,7 @@ class Timeline:
         self._poses = _Series(match.poses)
         self._states = _Series(match.states)
         self._calls = _Series([(time, call) for time, call in match.calls if call.rule != "refused"])
-        self._estops = _Series(match.estops)
+        self._estops = _Series(_orders(match))
         self._reports = {name: _Series(entries) for name, entries in match.reports.items()}
         self._sketches = {name: _Series(entries) for name, entries in match.sketches.items()}
         self._starts = _starts(match.poses)
@@ -148,6 +149,23 @@ class _Series(Generic[T]):
     def entries(self, first: int = 0, end: int | None = None) -> list[tuple[float, T]]:
         """Those with the numbers from `first` to before `end`, each with its time."""
         return list(zip(self.times[first:end], self.values[first:end], strict=True))
+
+
+def _orders(match: RecordedMatch) -> Timed[m.Estop | m.EstopRelease | None]:
+    """The orders about the emergency stop, and None where a state of the referee's makes up for a missed release."""
+    latch = EstopLatch()
+    found: Timed[m.Estop | m.EstopRelease | None] = []
+    messages: Timed[m.Estop | m.EstopRelease | m.RefereeState] = [*match.estops, *match.states]
+    for time, message in sorted(messages, key=lambda entry: entry[0]):
+        before = latch.engaged
+        if isinstance(message, m.RefereeState):
+            latch.referee(message.estop, time)
+            if before and not latch.engaged:
+                found.append((time, None))
+        else:
+            latch.order(isinstance(message, m.Estop), time)
+            found.append((time, message))
+    return found
 
 
 def _starts(poses: Timed[m.Poses]) -> Timed[m.Poses]:
