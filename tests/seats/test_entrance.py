@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.bus.bench import free
+from tests.bus.bench import free, wait
+from vrg.bus.configuration import MAX_MESSAGE_SIZE
 from vrg.bus.hosts import host_of, port_of
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import stop_on_signals
@@ -182,3 +183,18 @@ def test_strangers_do_not_keep_a_seat_out(tmp_path: Path) -> None:
                 stranger.sendall(sent)
         with open_session(endpoint, credentials=find_credentials(folder.path, [ANN]), patience=1.0) as session:
             assert session.connected
+
+
+def test_a_picture_of_a_camera_passes_the_entrance_on_its_way_in_and_out(tmp_path: Path) -> None:
+    """It is sent in many parts, of which none may wait for long: buffers that are too small keep all from passing."""
+    folder = KeysFolder(tmp_path / "keys")
+    folder.make("final", Roster("final", {"ann": "red"}).seats, datetime.now(UTC))
+    endpoint, key, picture = free("tls"), "vrg/final/picture", bytes(MAX_MESSAGE_SIZE // 2)
+    with ExitStack() as stack:
+        stack.enter_context(open_router(endpoint, credentials=find_credentials(folder.path, [ROUTER])))
+        ann = find_credentials(folder.path, [ANN])
+        camera, player = (
+            stack.enter_context(open_session(endpoint, credentials=ann, shared_memory=False)) for _ in range(2)
+        )
+        take = player.collect_raw(key, 1)
+        wait(lambda: camera.put_raw(key, picture, b"") or take() == [(key, picture)], "a picture")  # type: ignore[func-returns-value]

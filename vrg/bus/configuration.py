@@ -18,9 +18,12 @@ BATCHES = 16
 """The number of batches that wait for a link in each class of messages. What only the newest counts of has fewer at the
 router, so that it is not old when it comes over a slow link."""
 FEW_BATCHES = 8
-SEND_BUFFER_SIZE = 32_768
+BUFFER_SIZE = 65_536
 """The number of bytes that a router has the operating system keep for a link, for the same reason. By default it keeps
-up to 4 MB, which a link of 60 kB/s takes a minute for."""
+up to 4 MB, which a link of 60 kB/s takes a minute for. With less, pictures of cameras do not get through loopback."""
+DROP_US, FRAGMENTS_US = 5_000, 200_000
+"""The time in us that a message waits for room before it is dropped, if only the newest counts, and the longest such
+time for one in many parts: a picture has a thousand, and must not be lost because a machine is busy."""
 PENDING = 5000
 """The number of connections that a router takes, and of those whose other end has not identified itself yet."""
 MAX_MESSAGE_SIZE = 16_000_000
@@ -101,14 +104,17 @@ def _settings(mode: str, ends: dict[str, Any], credentials: Credentials | None) 
     low = FEW_BATCHES if mode == "router" else BATCHES
     queue = {
         "size": {"control": BATCHES, "data": BATCHES, "data_low": low},
-        "congestion_control": {"block": {"wait_before_close": BLOCKED_US}},
+        "congestion_control": {
+            "block": {"wait_before_close": BLOCKED_US},
+            "drop": {"wait_before_drop": DROP_US, "max_wait_before_drop_fragments": FRAGMENTS_US},
+        },
     }
     link: dict[str, Any] = {
         "tx": {"lease": LEASE_MS, "keep_alive": 4, "batch_size": BATCH_SIZE, "queue": queue},
         "rx": {"max_message_size": MAX_MESSAGE_SIZE},
     }
     if mode == "router":
-        link["tcp"] = {"so_sndbuf": SEND_BUFFER_SIZE}
+        link["tcp"] = {"so_sndbuf": BUFFER_SIZE}
     if credentials is not None:
         # A router may connect to another one.
         roles = ("listen", "connect") if mode == "router" else ("connect",)

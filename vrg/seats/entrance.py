@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import cycle
 
-from vrg.bus.configuration import SEND_BUFFER_SIZE
+from vrg.bus.configuration import BUFFER_SIZE
 from vrg.bus.hosts import host_of, port_of
 from vrg.system import POSIX
 
@@ -122,8 +122,8 @@ def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
     family, _, _, _, address = socket.getaddrinfo(host_of(endpoint), int(port_of(endpoint)), type=socket.SOCK_STREAM)[0]
     both = family is socket.AF_INET6 and address[0] == "::"
     with socket.create_server(address, family=family, backlog=_BACKLOG, dualstack_ipv6=both) as listening:
-        # The connections inherit it.
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_SIZE)
+        # The connections inherit it. What waits for a slow one is to wait in the router, which drops what is old.
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_SIZE)
         loop = asyncio.new_event_loop()
         hall = _Hall(loop, [(host_of(door), int(port_of(door))) for door in behind])
         thread = threading.Thread(target=hall.serve, args=(listening,), name="entrance", daemon=True)
@@ -268,6 +268,7 @@ class _Inside(_Side):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
+        transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_SIZE)
         self.other.enter(self)
 
     def data_received(self, data: bytes) -> None:
