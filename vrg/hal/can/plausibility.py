@@ -190,7 +190,7 @@ class Plausibility:
         asked = self._setpoint
         what = f"turns at {velocity:.3g} turn/s, though it was asked for {asked:.3g}"
         if abs(velocity - self._obeyed) < (1.0 - _SLOWING) * abs(self._obeyed):
-            return f"it still {what}: it obeys no setpoint since. Does it hear this computer, and is it in its mode?"
+            return f"it still {what}: it obeys no setpoints. Does it hear this computer, and is it in the right mode?"
         if abs(velocity) <= min(_SPEED_SLACK * self.bounds.speed, STANDSTILL_SHARE * abs(asked)):
             return f"it stands, though it was asked for {asked:.3g} turn/s: is its wheel blocked, or its encoder dead?"
         if velocity * asked < 0.0 and self._began * velocity > 0.0 and abs(velocity) < _SLOWING * abs(self._began):
