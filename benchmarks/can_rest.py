@@ -1,6 +1,6 @@
 """Prints the worst time to rest of a robot with CAN drives, protocol by cause, in simulated ms.
 
-.venv/bin/python benchmarks/can_rest.py          # 40 instants each, a minute
+.venv/bin/python benchmarks/can_rest.py          # 40 instants each, two minutes
 """
 
 import argparse

@@ -264,13 +264,13 @@ def test_a_command_does_not_load_the_others() -> None:
 BUDGETS = {
     "ui": 5_820,  # with the connections of a crowd, gamepads, and the latch of the emergency stop
     "commands": 2_740,  # with an emergency stop that tries whatever may reach the robots
-    "hal/can": 2_680,  # with drives that are met again, are silent for a moment, or tell what cannot be
-    "launch": 3_970,  # with the variables of processes that are not sealed, and the owner of a folder
+    "hal/can": 2_700,  # with drives that are met again, are silent for a moment, or tell what cannot be
+    "launch": 3_980,  # with the variables of processes that are not sealed, and the owner of a folder
     "games": 3_570,  # with the look of what lies on a field
     "bus": 2_290,  # with what a slow listener is given first
-    "hal/sim": 2_600,  # with whose module is that of mujoco
+    "hal/sim": 2_610,  # with whose module is that of mujoco
     "localisation": 540,
-    "hal/can/workshop": 1_060,  # with what is no drive, and what is sent to none
+    "hal/can/workshop": 1_070,  # with what is no drive, and what is sent to none
     "coordinator": 2_030,
     "runs": 1_745,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too

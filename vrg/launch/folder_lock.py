@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import psutil
 
@@ -97,19 +98,27 @@ def owned(folder: Path, mode: int = 0o777) -> Iterator[None]:
     except OSError as error:
         raise LaunchError(f"{folder}: cannot be used: {error.strerror}: choose another folder") from None
     with lock:
-        deadline = time.monotonic() + ENDING_TIMEOUT
-        while not system.lock(lock):
-            lock.seek(0)
-            owner = lock.read()
-            if psutil.pid_exists(int(owner or 0)) or time.monotonic() > deadline:
-                who = f"process {owner}, or what it has started"
-                raise LaunchError(f"{folder}: {who}, works here already: end it first, or choose another folder")
-            time.sleep(0.05)
-        lock.truncate(0)
-        lock.write(str(os.getpid()))
-        lock.flush()
-        os.set_inheritable(lock.fileno(), True)
+        try:
+            _take(lock, folder)
+        except OSError as error:
+            raise LaunchError(f"{folder}: cannot be locked: {error.strerror}: choose another folder") from None
         yield
+
+
+def _take(lock: IO[str], folder: Path) -> None:
+    """Wait for the lock of a folder, and write there whose it is."""
+    deadline = time.monotonic() + ENDING_TIMEOUT
+    while not system.lock(lock):
+        lock.seek(0)
+        owner = lock.read().strip()
+        if (owner.isdigit() and psutil.pid_exists(int(owner))) or time.monotonic() > deadline:
+            who = f"process {owner}, or what it has started" if owner.isdigit() else "another process"
+            raise LaunchError(f"{folder}: {who}, works here already: end it first, or choose another folder")
+        time.sleep(0.05)
+    lock.truncate(0)
+    lock.write(str(os.getpid()))
+    lock.flush()
+    os.set_inheritable(lock.fileno(), True)
 
 
 @contextmanager

@@ -47,7 +47,8 @@ class ContainedPlayer(Node):
         log: the file for what it prints; None lets it print.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
         apart: True if its strategy decides in a process of its own, which has bounds of its own.
-        bank: the real time in s that it may take beyond the match time. spent: makes the strategy that follows.
+        bank: the real time in s that it may take beyond the match time, from `bank_from` on, s of match time.
+        spent: makes the strategy that follows.
         clock: returns the real time, s.
 
     Attributes:
@@ -68,13 +69,14 @@ class ContainedPlayer(Node):
         disqualify: bool,
         apart: bool = False,
         bank: float = math.inf,
+        bank_from: float = 0.0,
         spent: Callable[[], Strategy] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(player.name, player.mailbox, player.period)
         self.failures: list[Failure] = []
         self.thinking = 0.0
-        self._bank, self._spent, self._clock = bank, spent, clock
+        self._bank, self._bank_from, self._spent, self._clock = bank, bank_from, spent, clock
         self._player = player
         self._keys = keys
         self._make = make
@@ -110,8 +112,9 @@ class ContainedPlayer(Node):
             return
         began = self._clock()
         self._tick(tick)
-        self.thinking += self._clock() - began
-        if self._spent is not None and not self._out and self.thinking > self._bank + tick.time:
+        self.thinking += self._clock() - began if tick.time >= self._bank_from else 0.0
+        spent = self.thinking > self._bank + max(0.0, tick.time - self._bank_from)
+        if self._spent is not None and not self._out and spent:
             took = f"its code has taken {self.thinking:.0f} s of real time"
             why = f"{took}, so that its bank of {self._bank:g} s is spent: it forfeits its decisions"
             self._note_failure(StrategyError(why), tick)

@@ -1,7 +1,6 @@
 """Plays a whole match in this process, in lockstep: virtual robots, and those whose motor controllers are emulated."""
 
 import gc
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -126,6 +125,7 @@ def play(
     apart: Strategies | None = None,
     steps: StepLog | None = None,
     past: Sequence[Line] = (),
+    bank_from: float = 0.0,
 ) -> Ending:
     """Play a match to its end.
 
@@ -143,6 +143,7 @@ def play(
             this process.
         steps: the log of steps; None keeps none.
         past: the log of the match when it was played before, of which all is missed again that was missed then.
+        bank_from: the match time in s from which players spend their banks: what is only repeated takes its time.
 
     Raises:
         ConfigError: a robot of the match is a real one, or one of `changes` cannot be made.
@@ -170,8 +171,8 @@ def play(
             None if logs is None else logs / f"{name}.log",
             disqualify=setup.on_fault == "disqualify",
             apart=strategies.is_apart(setup, name),
-            # What is only repeated takes as long as it takes.
-            bank=math.inf if past and not changes else setup.bank,
+            bank=setup.bank,
+            bank_from=bank_from,
             spent=lambda: strategies.spent(setup, name),
         )
 

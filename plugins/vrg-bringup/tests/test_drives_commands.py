@@ -11,7 +11,8 @@ from vrg.commands.options import make_console
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.workshop.emulated import EmulatedDrive
+from vrg.hal.can.odrive.messages import Command
+from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
@@ -111,12 +112,14 @@ def test_what_looks_like_a_drive_for_once_is_none_and_is_written_nothing(lab: Si
     )
 
 
-def test_an_odrive_is_written_nothing_that_is_meant_for_canopen(lab: Simulation) -> None:
+@pytest.mark.parametrize("heartbeat", [0.1, 0.25, 0.5, 1.0, 0.0])
+def test_an_odrive_is_written_nothing_that_is_meant_for_canopen(lab: Simulation, heartbeat: float) -> None:
     """Of ODrive 48, 0x607 is the state of its axis, and 0x619 its position."""
     heard: list[Frame] = []
     port = lab.bus(LINK, heard.append)
     port.start()
-    with Drives("odrive", [48], link=LINK):
+    with Drives("odrive", [48], link=LINK) as drives:
+        drives.drives[0]._own[Command.HEARTBEAT] = Cycle(heartbeat, lab.clock.now())  # type: ignore[attr-defined]
         lab.clock.sleep(0.05)
         assert run("scan").exit_code == 0
         assert run("stop").exit_code == 0

@@ -57,6 +57,7 @@ def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat t
             # Again and again, whatever goes wrong: an order may be lost, and a program that drives them may go on.
             try:
                 bus.survey.stop()
+                bus.survey.greet()  # who answers is written nothing that is meant for others
             except RobotError as error:
                 unsent.setdefault(str(error))
             ordered = bus.clock.now()

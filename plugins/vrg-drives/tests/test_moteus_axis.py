@@ -15,11 +15,11 @@ from vrg.hal.can.axis import MotorState
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.simulated_clock import SimulatedClock
-from vrg_drives.moteus import codec
+from vrg_drives.moteus import codec, drive
 from vrg_drives.moteus.axis import MoteusAxis
 from vrg_drives.moteus.codec import Console, Resolution, Subframe, SubframeKind
 from vrg_drives.moteus.drive import MoteusDrive
-from vrg_drives.moteus.registers import Register
+from vrg_drives.moteus.registers import Mode, Register
 
 NODE = 4
 NOW = 100.0
@@ -144,13 +144,36 @@ def test_a_drive_that_was_started_again_has_run_for_no_longer_than_it_was_away(w
     assert wire.axis.implausible == "it was started again"
 
 
-def test_a_drive_whose_watchdog_cannot_brake_is_refused() -> None:
-    sent: list[Frame] = []
-    axis = MoteusAxis(NODE, lambda frame, **_: sent.append(frame), SimulatedClock())
+class Consoled:
+    """An axis, and its drive whose console has been typed into by others."""
+
+    def __init__(self, typed: bytes) -> None:
+        self.drive = MoteusDrive(NODE, DriveOptions(serial=7, watchdog=0.2), NOW, random.Random(7))
+        self.drive.receive(codec.console(0, NODE, Console.TYPE, typed), NOW)
+        self.axis = MoteusAxis(NODE, self.send, SimulatedClock())
+        self.lost = 0
+
+    def send(self, frame: Frame, *, urgent: bool = False) -> None:
+        if self.lost:
+            self.lost -= 1
+            return
+        for answer in self.drive.receive(frame, NOW):
+            self.axis.receive(answer)
+
+
+@pytest.mark.parametrize("typed", [b"", b"nonsense\n", b"half a l", b"d stop\n", b"d stop\n" * 8])
+@pytest.mark.parametrize("lost", range(8))
+def test_its_watchdog_brakes_whatever_others_have_typed_and_whatever_gets_lost(typed: bytes, lost: int) -> None:
+    wire = Consoled(typed)
+    wire.lost = lost
+    wire.axis.prepare()
+    assert wire.drive._timeout_mode == Mode.BRAKE
+
+
+def test_a_drive_whose_watchdog_cannot_brake_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    silent = MoteusAxis(NODE, lambda _frame, **_: None, SimulatedClock())
     with pytest.raises(RobotError, match=r"servo.timeout_mode 15`, so that its watchdog brakes, got no answer"):
-        axis.prepare()
-    assert len({codec.console_text(frame, Console.TYPE) for frame in sent} - {None}) == 1
-    answer = codec.console(NODE, 0, Console.TELL, b"ERR unknown\r\n")
-    axis = MoteusAxis(NODE, lambda _frame, **_: axis.receive(answer), SimulatedClock())
-    with pytest.raises(RobotError, match="got ERR unknown"):
-        axis.prepare()
+        silent.prepare()
+    monkeypatch.setattr(drive, "_TIMEOUT_MODES", frozenset())
+    with pytest.raises(RobotError, match="got ERR unknown command"):
+        Consoled(b"").axis.prepare()

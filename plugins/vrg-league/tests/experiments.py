@@ -159,5 +159,5 @@ def target(match: Path, name: str) -> str:
 
 
 def timeless(rows: list[GameRecord]) -> list[GameRecord]:
-    """The same without the real time that each game took."""
-    return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0)) for row in rows]
+    """The same without the real time that each game, and the code of its players, took."""
+    return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0, thinking={})) for row in rows]

@@ -1,5 +1,6 @@
 """The time that a robot with CAN drives takes to come to rest, by what happens to it, on simulated time."""
 
+import math
 import random
 from collections.abc import Callable
 
@@ -13,7 +14,8 @@ FASTEST = Twist(0.7, 0.0)
 """The top speed of a Pioneer, at which its motors turn at 50 turn/s."""
 CAUSES = (
     "emergency stop", "emergency stop, 30 % of frames lost", "strategy hangs", "strategy hangs, 30 % of frames lost",
-    "a drive says nothing", "a drive hears and says nothing", "bus cut", "player killed", "player frozen",
+    "a drive says nothing", "a drive hears nothing", "a drive hears and says nothing", "bus cut", "player killed",
+    "player frozen",
 )  # fmt: skip
 _TICK, _LOOK, _STANDS, _LONGEST = 0.1, 0.005, 0.5, 1.5
 """s of a player's period; s from one look at the motors to the next; turn/s below which one stands; s of looking."""
@@ -60,9 +62,9 @@ def _happen(cause: str, bench: DeviceBench, drives: Drives, rng: random.Random) 
     acts: dict[str, Callable[[], object]] = {
         "emergency stop": lambda: (bench.estop(True), bench.advance(0.0)),
         "a drive says nothing": lambda: bench.fault(NODES[bench.driver._protocol][1][0], FaultKind.SILENCE),
+        "a drive hears nothing": lambda: setattr(drives.drives[1], "receive", deaf),
         "a drive hears and says nothing": lambda: (
-            bench.fault(NODES[bench.driver._protocol][1][0], FaultKind.SILENCE),
-            bench.clock.sleep(1e-3),
+            drives.drives[1]._until.update({FaultKind.SILENCE: math.inf}),
             setattr(drives.drives[1], "receive", deaf),
         ),
         "bus cut": lambda: lose(1.0),

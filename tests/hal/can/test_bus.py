@@ -2,6 +2,7 @@
 
 import errno
 import time
+from collections.abc import Iterator
 
 import can
 import can.interfaces.virtual
@@ -9,6 +10,7 @@ import pytest
 
 from tests.hal.can.live import PATIENCE
 from vrg.errors import RobotError
+from vrg.hal.can import bus as bus_module
 from vrg.hal.can.bus import CanBus, Stamps
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import Link
@@ -45,24 +47,59 @@ def test_frames_of_others_do_not_hide_that_nothing_waits(wanted: list[Filter] | 
         other.stop()
 
 
-def test_an_adapter_that_gives_back_own_frames_is_found_out_by_the_first() -> None:
-    """Else each setpoint would look like that of another program."""
+@pytest.fixture
+def unknown(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[CanBus, CanBus, list[Frame]]]:
+    """Two buses by an interface of which it is not known whether it gives frames back, and what the first one hears."""
+    monkeypatch.setattr(bus_module, "_QUIET", frozenset())
     heard: list[Frame] = []
     bus, other = CanBus(LINK, heard.append), CanBus(LINK, lambda _: None)
     bus.start()
     other.start()
-    try:
-        assert isinstance(bus._bus, can.interfaces.virtual.VirtualBus)
-        bus._bus.receive_own_messages = True
-        for number in range(5):
-            bus.send(Frame(0x10, bytes([number])))
-        other.send(Frame(0x20))
-        other.send(Frame(0x10, b"\x02"))
-        assert REAL_CLOCK.wait(lambda: len(heard) >= 2, PATIENCE)
-        assert [(frame.id, frame.data) for frame in heard] == [(0x20, b""), (0x10, b"\x02")]
-    finally:
-        bus.stop()
-        other.stop()
+    yield bus, other, heard
+    bus.stop()
+    other.stop()
+
+
+def test_an_adapter_that_gives_back_own_frames_is_found_out_by_the_first(
+    unknown: tuple[CanBus, CanBus, list[Frame]],
+) -> None:
+    """Else each setpoint would look like that of another program."""
+    bus, other, heard = unknown
+    assert isinstance(bus._bus, can.interfaces.virtual.VirtualBus)
+    bus._bus.receive_own_messages = True
+    for number in range(5):
+        bus.send(Frame(0x10, bytes([number])))
+    other.send(Frame(0x20))
+    other.send(Frame(0x10, b"\x02"))
+    assert REAL_CLOCK.wait(lambda: len(heard) >= 2, PATIENCE)
+    assert [(frame.id, frame.data) for frame in heard] == [(0x20, b""), (0x10, b"\x02")]
+
+
+def test_one_that_does_not_hides_no_stranger(
+    unknown: tuple[CanBus, CanBus, list[Frame]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not even where its first frame could not be sent, and a stranger asks the same as the next one."""
+    bus, other, heard = unknown
+    assert bus._bus is not None
+    with monkeypatch.context() as context:
+        context.setattr(bus._bus, "send", lambda _: (_ for _ in ()).throw(can.CanError("broken")))
+        with pytest.raises(RobotError, match="broken"):
+            bus.send(Frame(0x10, b"\x01"))
+    bus.send(Frame(0x10, b"\x01"))
+    other.send(Frame(0x10, b"\x01"))
+    bus.send(Frame(0x10, b"\x02"))
+    began = REAL_CLOCK.now()
+
+    def hears() -> bool:
+        bus.send(Frame(0x10, b"\x03"))
+        other.send(Frame(0x10, b"\x03"))
+        return REAL_CLOCK.now() - began > 2 * bus_module._ECHO_TIMEOUT
+
+    assert REAL_CLOCK.wait(hears, PATIENCE)
+    heard.clear()
+    bus.send(Frame(0x10, b"\x04"))
+    other.send(Frame(0x10, b"\x04"))
+    assert REAL_CLOCK.wait(lambda: Frame(0x10, b"\x04").data in [frame.data for frame in heard], PATIENCE)
 
 
 FRAME_TIME = 0.6e-3

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from msgspec.structs import replace as replaced
 
-from tests.hal.can.bench import NODES, PATIENCE, STEP, CanBench, Drives, Lab
+from tests.hal.can.bench import NODES, PATIENCE, STEP, CanBench, DeviceBench, Drives, Lab
 from tests.hal.can.handling import armed, at_rest, drive_on, driving
 from tests.hal.can.scenes import AHEAD, ALL, Case, Plant, Scene, encoder, judge, scene_of
 from vrg.hal.can.frame import Frame
@@ -198,7 +198,7 @@ def rest(bench: CanBench, drives: Drives, within: float) -> None:
         assert at_rest(drives), "it moves again by itself"
 
 
-SLOW = ("come late", "does it hear this computer", "hears it late")
+SLOW = ("come late", "does it hear this computer", "hears it late", "though it was ordered to be off")
 """The words for a way that is too slow, as it looks from different protocols."""
 
 
@@ -319,3 +319,34 @@ def test_what_is_no_fault_is_called_none(protocol: str, plant: Plant) -> None:
         assert bench.odometry.pose.x - x == pytest.approx(way, rel=0.1)
         assert bench.device.read().armed
         assert abs(bench.odometry.pose.theta) < 0.05
+
+
+@EVERY_PROTOCOL
+@pytest.mark.parametrize("stamped", [True, False], ids=["stamped", "unstamped"])
+def test_a_busy_computer_is_no_fault_of_a_drive(protocol: str, stamped: bool) -> None:
+    """The process stands again and again, for up to 0.45 s; some adapters do not tell when frames were on the bus."""
+    rng = random.Random(protocol)
+    with scene_of(protocol) as scene:
+        bench = scene.bench
+        armed(bench)
+        for _ in range(20):
+            twist = Twist(rng.choice((0.33, -0.33, 0.6)), rng.choice((0.0, 0.4, -0.4)))
+            for _ in range(rng.randrange(1, 8)):
+                drive_on(bench, twist)
+            bench.port.freeze()
+            bench.clock.sleep(rng.uniform(0.05, 0.45))
+            if not stamped:
+                bench.port._waiting[:] = [replaced(frame, at=bench.now) for frame in bench.port._waiting]
+            bench.port.thaw()
+            assert not bench.trouble
+
+
+@EVERY_PROTOCOL
+def test_a_robot_that_is_recovered_as_it_drives_stands_though_orders_are_lost(protocol: str) -> None:
+    rng = random.Random(protocol)
+    with Drives(protocol, watchdog=0.0) as drives, DeviceBench(protocol, watchdog="unsafe") as bench:
+        driving(bench)
+        bench.wire.tamper = lambda frame, _: [] if rng.random() < 0.3 else [(0.0, frame)]
+        bench.recover()
+        bench.advance(0.0)
+        rest(bench, drives, REST)

@@ -81,6 +81,7 @@ class AxisReport:
         serials: the serial numbers of all that have answered to this id, in words: two drives may share it by mistake.
         firmware: the version in words; empty before it is known.
         protocol: the word of its protocol in tables, where a listener has recognised it.
+        deaf: it has answered nothing for a moment, though it speaks: it may not hear its setpoints.
         is_drive: False of a node that has said that it has no motor.
     """
 
@@ -108,6 +109,7 @@ class AxisReport:
         self.serials: set[str] = set()
         self.firmware = ""
         self.protocol = ""
+        self.deaf = False
         self.is_drive = True
 
     @property

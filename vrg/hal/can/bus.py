@@ -34,8 +34,11 @@ _WALL_CLOCK = frozenset({"socketcan", "udp_multicast"})
 """Interfaces whose time stamps are the time of day; others count from the start of the machine or of an adapter."""
 _ECHOING = frozenset({"udp_multicast", "gs_usb", "cantact"})
 """Interfaces that give a sender its own frames back."""
-_ECHO_TIMEOUT = 0.2
-"""s within which another adapter has given back the first frame that was sent, which is a question, or never will."""
+_QUIET = frozenset({"socketcan", "pcan", "virtual"})
+"""Interfaces that do not, unless they are told to."""
+_TRIED, _ECHO_TIMEOUT = 2, 0.2
+"""The first frames that are sent, questions all, and the s within which an adapter of another kind has given them back
+if it is one that does: nobody else sends just these."""
 
 
 class CanBus:
@@ -66,8 +69,9 @@ class CanBus:
         self._heard_until = 0.0
         self._wanted: list[Filter] | None = None
         told = link.interface in _ECHOING or bool(link.adapter.get("receive_own_messages"))
-        self._echoing: bool | None = told or None
-        self._first_sent: float | None = None
+        self._echoing: bool | None = told or (False if link.interface in _QUIET else None)
+        self._tried: dict[tuple[int, bytes], bool] = {}
+        self._tried_at = -math.inf
         self._echoes = Echoes()
         self._echo_lock = threading.Lock()
         self._fd = False
@@ -158,11 +162,13 @@ class CanBus:
         with self._echo_lock:
             now = time.monotonic()
             self._echoes.sent(frame, now)
-            self._first_sent = now if self._first_sent is None else self._first_sent
+            if len(self._tried) < _TRIED:
+                self._tried[frame.id, frame.data], self._tried_at = False, now
         try:
             bus.send(can_message(frame))
         except BaseException:
-            self._is_echo(frame)  # it will not come back
+            with self._echo_lock:
+                self._echoes.unsent(frame)
             raise
 
     def restart(self) -> str | None:
@@ -224,11 +230,14 @@ class CanBus:
         with self._echo_lock:
             now = time.monotonic()
             back = self._echoes.returns(frame, now)
-            if self._echoing is None and back:
-                log.info("%s: the adapter gives back the frames that it sends: they are dropped", self.link)
-                self._echoing = True
-            elif self._echoing is None and self._first_sent is not None and now - self._first_sent > _ECHO_TIMEOUT:
-                self._echoing = False
+            if back and (frame.id, frame.data) in self._tried:
+                self._tried[frame.id, frame.data] = True
+            if self._echoing is None and len(self._tried) == _TRIED:
+                if all(self._tried.values()):
+                    log.info("%s: the adapter gives back the frames that it sends: they are dropped", self.link)
+                    self._echoing = True
+                elif now - self._tried_at > _ECHO_TIMEOUT:
+                    self._echoing = False
             return back
 
     def _error_frame(self, message: can.Message) -> None:

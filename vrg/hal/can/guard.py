@@ -109,7 +109,7 @@ class Guard:
         self.armed_at = -math.inf
         self._commanded = -math.inf
         self._gap, self._late_at, self._slow_at = 0.0, -math.inf, -math.inf
-        self._proofs, self._proved_before = 0, False
+        self._proofs, self._proved_before, self._disturbed = 0, False, False
         self._failed_starts = Counter[int]()
         self._dropouts = Dropouts()
         self._odd_supply: dict[int, tuple[float, float, bool]] = {}
@@ -148,7 +148,7 @@ class Guard:
     def arm(self, now: float) -> None:
         """The player arms the robot; ask `refusal` first."""
         self.armed_by_player, self.rearm_pending, self.disarmed_because = True, False, None
-        self._ordered = False
+        self._ordered = self._disturbed = False
         self._coasting.clear()
         self.armed_at = self._commanded = now
         self._late_at = self._slow_at = -math.inf
@@ -173,6 +173,7 @@ class Guard:
 
         A drive that has not sent a kind of message since it was last excused is not excused again for that kind.
         """
+        self._disturbed = True
         for axis in self._axes:
             for kind, at in (("heard", axis.heard), ("reported", axis.reported_at), ("measured", axis.measured)):
                 if at > self._excused.get((axis.node, kind), -math.inf):
@@ -262,8 +263,8 @@ class Guard:
         if self.armed_by_player and (again or self.fault or self.estop or lapsed):
             self.armed_by_player, self.disarmed_because = False, None if again or self.fault or self.estop else lapsed
             self.rearm_pending = again and not self.fault
-            if lapsed:
-                self.unproved = not self._unwatched  # what was late or lost may be so from now on
+            if lapsed and heard_until - self._late_at > START_TIMEOUT and not self._disturbed:
+                self.unproved = not self._unwatched  # what was late or lost on the bus may be so from now on
             self.ordered_off(heard_until)
             return True
         self._find_not_off(heard_until)
@@ -285,16 +286,19 @@ class Guard:
             words = f"node {node}: its watchdog has stopped its motor, as no setpoint came in time: {BUSY}"
             counts = node in self._started and not late
         else:
-            node = next((axis.node for axis in self._axes if self.armed and self._is_silent(axis, heard_until)), None)
-            words = f"node {node}: nothing was heard of it for {DROPOUT:g} s: check its wires and its plug."
-            counts = node is not None
-        if counts and node is not None and (fault := self._dropouts.failed(node, heard_until)):
+            axis = next((axis for axis in self._axes if self.armed and self._is_silent(axis, heard_until)), None)
+            if axis is None:
+                return None
+            node, counts = axis.node, True
+            what = "it answers nothing" if axis.deaf else f"nothing was heard of it for {DROPOUT:g} s"
+            words = f"node {node}: {what}: check its wires and its plug."
+        if counts and (fault := self._dropouts.failed(node, heard_until)):
             self.latch(fault)
-        return None if node is None else words
+        return words
 
     def _is_silent(self, axis: AxisReport, heard_until: float) -> bool:
-        """True if nothing has been heard of a drive for a moment."""
-        return heard_until - max(axis.heard, self._heard_of(axis)) > DROPOUT
+        """True if nothing has been heard of a drive for a moment, or if it does not hear this computer."""
+        return axis.deaf or heard_until - max(axis.heard, self._heard_of(axis)) > DROPOUT
 
     def _heard_of(self, axis: AxisReport) -> float:
         """Since when the silence of a drive's encoder counts."""
@@ -328,8 +332,9 @@ class Guard:
         if self._proved.issuperset(axis.node for axis in watched):
             self.unproved, self.armed_by_player, self.rearm_pending = False, False, True
             self._proved_before, self._proofs = True, 0
+            self._failed_starts.clear()
         elif late and self.withholding:
-            self._proofs += 1
+            self._proofs += not self._disturbed  # a drive that was not asked, or not heard, has had no chance
             if self._proofs < PROOFS:
                 return True
             node = next(axis.node for axis in watched if axis.node not in self._proved)

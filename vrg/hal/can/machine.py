@@ -17,7 +17,7 @@ from typing import NamedTuple
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport, MotorState
 from vrg.hal.can.base import BEGINNING, DriveBase, Estimate
-from vrg.hal.can.guard import ANY_SUPPLY, BUSY, START_TIMEOUT, Guard
+from vrg.hal.can.guard import ANY_SUPPLY, BUSY, OFF_PERIOD, START_TIMEOUT, Guard
 from vrg.hal.can.plausibility import ENCODER, Plausibility
 from vrg.hal.driver import COMMAND_TIMEOUT
 
@@ -246,6 +246,8 @@ class StateMachine:
         self.heard_until = max(self.heard_until, until)
         for node in nodes:
             self._estimate(node)
+        if self.phase is Phase.RECOVERING and not self.guard.off and now - self._ordered >= OFF_PERIOD:
+            return self._idle(now)  # the order may have been lost on the bus
         if self.phase is not Phase.MET:
             return []
         self._judge_age(now - until, now)

@@ -39,8 +39,7 @@ differs by a tenth is found within a metre, unless the robot hardly moves."""
 _JUMP_TIMEOUT = 0.3
 """s within which a jump of the position is taken back if it was a frame that came late."""
 _FLIPS, _FLIP_WINDOW = 3, 10.0
-"""Jumps within so many s that may be taken back. One that begins after a gap does not count: frames may come in a
-burst."""
+"""Jumps within so many s that may be taken back."""
 _UNBELIEVABLE = 10.0
 """The number of times its top speed that no motor turns at, not even if the robot is pushed."""
 ENCODER = "is its encoder loose, its cable disturbed, or are its numbers of another byte order or unit?"
@@ -92,7 +91,8 @@ class Plausibility:
         self._slipped = 0.0
         self._off = self._doubt = 0.0
         self._jump, self._jumped_at, self._stepped_at = 0.0, math.inf, 0.0
-        self._gapped, self._flips = False, deque([-math.inf], maxlen=_FLIPS)
+        self._flips = deque([-math.inf], maxlen=_FLIPS)
+        self._blind_until = -math.inf
         self._obeyed = 0.0
 
     def ask(self, velocity: float, now: float) -> None:
@@ -119,6 +119,9 @@ class Plausibility:
         """
         dt = max(0.0, at - self._at) if self._heard else 0.0
         heard = min(dt, _GAP)
+        if dt > _GAP:
+            # An adapter without time stamps then tells in a burst, all at once, what has come meanwhile.
+            self._blind_until = at + _GAP
         self._follow(velocity, at, driven)
         self._heard, self._at = True, at
         if abs(velocity) > _UNBELIEVABLE * self.bounds.speed:
@@ -127,7 +130,7 @@ class Plausibility:
                 "are the gear ratio and the drive's units right?"
             )
         jump = self._find_jump(velocity, way, dt, at)
-        slip = self._slip(velocity, way, dt, heard)
+        slip = self._slip(velocity, way, dt, at)
         self._velocity = velocity
         if not driven:
             return jump
@@ -203,17 +206,15 @@ class Plausibility:
 
     def _find_jump(self, velocity: float, way: float | None, dt: float, at: float) -> str | None:
         """Find a step of the position that no speed explains, and that no later one takes back."""
-        if way is None or dt > _JUMP_TIMEOUT:
+        if way is None or at <= self._blind_until:
             self._jump, self._jumped_at = 0.0, math.inf
             return None
         step = way - (velocity + self._velocity) / 2 * dt
         if abs(step) > self.bounds.slip + abs(velocity - self._velocity) * dt:
-            if self._jumped_at == math.inf:
-                self._gapped = dt > _GAP
             self._jump, self._jumped_at, self._stepped_at = self._jump + step, min(self._jumped_at, at), at
             if abs(self._jump) <= self.bounds.slip:
                 self._jump, self._jumped_at = 0.0, math.inf
-                return None if self._gapped else self._flip(at)
+                return self._flip(at)
         # Steps that do not end are no jump, but a speed and a position of different units.
         if at - self._jumped_at <= _JUMP_TIMEOUT or at - self._stepped_at <= _GAP:
             return None
@@ -232,8 +233,8 @@ class Plausibility:
             f"not known: {ENCODER} Do its frames come in their order?"
         )
 
-    def _slip(self, velocity: float, way: float | None, dt: float, heard: float) -> str | None:
-        if way is None:
+    def _slip(self, velocity: float, way: float | None, dt: float, at: float) -> str | None:
+        if way is None or at <= self._blind_until:
             self._off = self._doubt = 0.0
             return None
         # Between two estimates the speed may have been either; a way by it cannot be known better than that.
@@ -244,7 +245,7 @@ class Plausibility:
         if abs(self._off) <= self.bounds.slip + self._doubt:
             self._slipped = 0.0
             return None
-        self._slipped += heard
+        self._slipped += dt
         if self._slipped <= FOLLOWING_TIMEOUT:
             return None
         return (

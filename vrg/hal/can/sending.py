@@ -61,6 +61,10 @@ class Echoes:
         self._recent[key] += 1
         self._sent.append((now, key))
 
+    def unsent(self, frame: Frame) -> None:
+        """A frame could not be sent after all, and will not come back."""
+        self._expected[_key(frame)] -= 1
+
     def returns(self, frame: Frame, now: float) -> bool:
         """True if a received frame is one that this process has sent. Each comes back once."""
         self._forget(now)

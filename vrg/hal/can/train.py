@@ -151,10 +151,11 @@ class DriveTrain:
         Raises:
             RobotError: a drive is missing, cannot be used, or is not what it was when the robot was connected.
         """
-        meeting = Meeting(self._protocol, list(self._axes.values()), self.clock.now())
+        axes, phase = list(self._axes.values()), self._machine.phase
+        meeting = Meeting(self._protocol, axes, self.clock.now())
         while True:
             with self._lock:
-                if self._machine.phase is Phase.CLOSED:
+                if self._machine.phase is not phase:
                     raise RobotError("it was closed meanwhile")
                 try:
                     step = meeting.step(self.clock.now())
@@ -163,11 +164,11 @@ class DriveTrain:
             if step is MeetingStep.SET_UP:
                 break
             if step is MeetingStep.ASK:
-                for axis in self._axes.values():
+                for axis in axes:
                     if not axis.identified:
                         axis.identify(ASK_PERIOD)
             self.clock.sleep(_MEETING_PERIOD)
-        for axis in self._axes.values():
+        for axis in axes:
             axis.prepare()
             before = self._traits.setdefault(axis.node, axis.traits)
             for name, now in axis.traits.items():
@@ -176,7 +177,7 @@ class DriveTrain:
                         f"node {axis.node}: {name}: expected {before[name]}, as when the robot was connected, got "
                         f"{now}: set it as it was, or connect the robot anew"
                     )
-        self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
+        self._bus.listen_to([wanted for axis in axes for wanted in axis.filters])
 
     def _who_is_there(self, missing: MissingError, patience: float) -> str:
         """The drives that are missing, and the senders that have been received in their place, in words."""

@@ -208,12 +208,10 @@ class CanopenListener(Listener[CanopenNode]):
         All ids are written to, as a drive may have no heartbeat, and go on without a master (0x6007).
         """
         for number in list(self.found):
-            self._send(codec.download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
+            self._send(_switch_off(number), urgent=True)
         self._send(codec.nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)
         if self._clock.now() >= self._speaks_at:
-            self._send_all(
-                codec.download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2) for number in codec.NODE_IDS
-            )
+            self._send_all(map(_switch_off, codec.NODE_IDS))
         self._greetings = 0
 
     def clear(self, node: CanopenNode) -> None:

@@ -46,10 +46,12 @@ _POLL = 0.04
 _AGAIN = 4
 """The questions in place of one, once a question was not answered. On a bus that loses 30 % of its frames half of all
 questions or their answers get lost."""
-_ON_TIMEOUT = f"conf set servo.timeout_mode {int(Mode.BRAKE)}\n".encode()
-"""The order to the console that holds until the drive is switched off."""
-_CONSOLE_TIMEOUT, _CONSOLE_PAUSE = 3.0, 0.05
-"""s to wait for the console's answer, and s from one order to the next."""
+_TIMEOUT_MODE = str(int(Mode.BRAKE))
+_SET_TIMEOUT_MODE = f"conf set servo.timeout_mode {_TIMEOUT_MODE}".encode()
+_GET_TIMEOUT_MODE = b"conf get servo.timeout_mode"
+"""What the drive does when its watchdog has expired, and the lines for its console, which it forgets when it is off."""
+_CONSOLE_TRIES, _CONSOLE_QUESTIONS, _CONSOLE_PAUSE = 5, 3, 0.02
+"""Times that lines are typed, as they may get lost; questions for what was printed; s to wait for the answer to one."""
 _STATUS = (
     codec.read(Register.MODE, 1, Resolution.INT8),
     codec.read(Register.POSITION, 2),
@@ -109,7 +111,7 @@ class MoteusAxis(Axis):
         self._wanted = self._stopping = False
         self._polled = NEVER
         self._uptime, self._uptime_at = 0, NEVER
-        self._console = b""
+        self._console: bytes | None = None
 
     @classmethod
     def check_node(cls, node: int) -> str | None:
@@ -164,7 +166,7 @@ class MoteusAxis(Axis):
         if mine and source != self.node and codec.console_text(frame, Console.TYPE):
             self._complain("another program commands it too, by its diagnostic channel")
         if source == self.node and (text := codec.console_text(frame, Console.TELL)) is not None:
-            self._console += text
+            self._console = text
             return
         try:
             subframes = codec.decode(frame)
@@ -195,24 +197,36 @@ class MoteusAxis(Axis):
         Raises:
             RobotError: the drive refuses, or does not answer.
         """
-        self._console = b""
-        deadline = self._clock.now() + _CONSOLE_TIMEOUT
-        while self._clock.now() < deadline and not self._console_answer:
-            # Either may get lost, and to be told twice harms nothing.
-            self._send(codec.console(HOST, self.node, Console.TYPE, _ON_TIMEOUT))
-            self._send(codec.console(HOST, self.node, Console.ASK))
-            self._clock.wait(lambda: self._console_answer, _CONSOLE_PAUSE)
-        if self._console_answer != "OK":
-            raise RobotError(
-                f"node {self.node}: expected it to take `{_ON_TIMEOUT.decode().strip()}`, so that its watchdog brakes, "
-                f"got {self._console_answer or 'no answer'}: update the drive's firmware"
-            )
+        told = ""
+        for _ in range(_CONSOLE_TRIES):
+            refused = self._type(_SET_TIMEOUT_MODE)
+            if (told := self._type(_GET_TIMEOUT_MODE)) == _TIMEOUT_MODE:
+                return
+            told = refused or told
+        raise RobotError(
+            f"node {self.node}: expected it to take `{_SET_TIMEOUT_MODE.decode()}`, so that its watchdog brakes, got "
+            f"{told or 'no answer'}: update the drive's firmware"
+        )
 
-    @property
-    def _console_answer(self) -> str:
-        """The first line of the console that ends an order: OK, or an error; empty while there is none."""
-        lines = self._console.decode("latin-1").splitlines(keepends=True)
-        return next((line.strip() for line in lines if line.startswith(("OK", "ERR")) and line.endswith("\n")), "")
+    def _type(self, line: bytes) -> str:
+        """Type a line into the console; the first line that it prints of it, empty where none comes."""
+        # What others have typed, or have not read, comes first.
+        self._send(codec.console(HOST, self.node, Console.TYPE, b"\n"))
+        self._told()
+        self._send(codec.console(HOST, self.node, Console.TYPE, line + b"\n"))
+        return self._told().partition("\n")[0].strip()
+
+    def _told(self) -> str:
+        """All that the console prints until it has nothing more to tell."""
+        text = b""
+        for _ in range(_CONSOLE_QUESTIONS):
+            self._console = None
+            self._send(codec.console(HOST, self.node, Console.ASK))
+            self._clock.wait(lambda: self._console is not None, _CONSOLE_PAUSE)
+            if self._console == b"" and text:
+                break
+            text += self._console or b""
+        return text.decode("latin-1")
 
     def poll(self, now: float) -> None:
         """Ask for its state: it sends nothing by itself."""

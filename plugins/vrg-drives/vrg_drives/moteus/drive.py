@@ -2,7 +2,7 @@
 
 It answers reads and writes of its registers in every resolution, holds a velocity or a position, latches faults until
 it is stopped, and stops by itself when no setpoint has arrived for the time that the last one has given it. Its console
-knows `d stop`, `tel stop`, and `conf set servo.timeout_mode`.
+knows `d stop`, `tel stop`, and `conf get` and `conf set` of servo.timeout_mode.
 """
 
 import math
@@ -124,6 +124,10 @@ class MoteusDrive(EmulatedDrive):
                 case ["d", "stop"]:
                     self._stop()
                     self._printed += b"OK\r\n"
+                case []:
+                    pass
+                case ["conf", "get", "servo.timeout_mode"]:
+                    self._printed += b"%d\r\n" % self._timeout_mode
                 case ["conf", "set", "servo.timeout_mode", mode] if mode in _TIMEOUT_MODES:
                     self._timeout_mode = Mode(int(mode))
                     self._printed += b"OK\r\n"

@@ -4,6 +4,7 @@ It tells its speed, current and tachometer by itself, if its status messages 1 a
 time-out and its kill switch must be asked for. The time-out is its watchdog.
 """
 
+import math
 import os
 from contextlib import suppress
 
@@ -44,11 +45,15 @@ _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
+_ROLLED = 0.1
+"""The turns by which a motor may have rolled on farther, while its drive was not heard, than its speed says."""
 _UNANSWERED = 8
 """Times in a row, 0.05 s apart, that a drive which sends its status may answer nothing; then it hears nothing."""
-_AGAIN = 3
+_DEAF = 3
+"""Times in a row after which its robot stands until it answers again."""
+_AGAIN = 5
 """The questions at each of those times but the first. On a bus that loses 30 % of its frames, half of all questions or
-their answers get lost, and as many as here, 25, in a row within two minutes once in ten thousand times."""
+their answers get lost, and as many in a row as make it deaf, 11, about once in a minute and a half."""
 _ID_REQUESTS = 2
 """The number of requests for its id after which the lack of status messages is a problem."""
 
@@ -121,7 +126,7 @@ class VescAxis(Axis):
     def forget_implausible(self) -> None:
         """Judge anew what is heard from now on."""
         super().forget_implausible()
-        self._unanswered = 0
+        self._unanswered, self.deaf = 0, False
 
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
@@ -159,6 +164,7 @@ class VescAxis(Axis):
         """Ask for its flags and its fault, in turns. One that answers no more does not hear its setpoints either."""
         self._unanswered += self.heard > self._polled
         self._polled = now
+        self.deaf = self._unanswered >= _DEAF
         if self._unanswered > _UNANSWERED:
             self._complain(
                 "it sends its status and answers nothing: it does not hear this computer, or hears it late. Check its "
@@ -212,7 +218,9 @@ class VescAxis(Axis):
             self.heard = frame.at
             position = supply.tachometer / codec.TACHO_STEPS / self._pairs
             gap = frame.at - self.measured
-            if gap > _RESTART_GAP and abs(position) < min(1.0, abs(self.position)):
+            least, most = sorted((0.0, self.velocity * gap))
+            rolled = least - _ROLLED <= position - self.position <= most + _ROLLED
+            if _RESTART_GAP < gap < math.inf and abs(position) < 1.0 and not rolled:
                 self._complain("it was started again")
                 self._wanted = False
             if self.options.pole_pairs is not None:
@@ -236,7 +244,7 @@ class VescAxis(Axis):
             return
         if whole is None or whole[0] != self.node or not whole[1]:
             return
-        payload, self._unanswered = whole[1], 0
+        payload, self._unanswered, self.deaf = whole[1], 0, False
         if payload[0] == Comm.FW_VERSION:
             version = codec.decode_firmware(payload)
             self._versions.add(version)

@@ -6,7 +6,7 @@ The object of such an entry point is a subclass of `Engine` that is constructed 
 import base64
 import hashlib
 import platform
-from importlib.metadata import distribution, distributions
+from importlib.metadata import PackageNotFoundError, distribution, distributions
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -75,11 +75,19 @@ def _check_mujoco() -> None:
     Raises:
         ConfigError: it is not.
     """
-    own, spec = distribution("mujoco-core"), find_spec(MUJOCO)
-    [file] = [file for file in own.files or () if file.as_posix() == _MUJOCO_FILE]
+    spec = find_spec(MUJOCO)
+    try:
+        own = distribution("mujoco-core")
+    except PackageNotFoundError:
+        raise ConfigError(
+            f"engine {MUJOCO}: expected the module mujoco of mujoco-core, found that of another package, which plays "
+            "another game: uninstall that, and run `pip install mujoco-core`"
+        ) from None
+    files = [file for file in own.files or () if file.as_posix() == _MUJOCO_FILE and file.hash is not None]
     assert spec is not None
     digest = hashlib.sha256(Path(spec.origin or "").read_bytes()).digest()
-    if file.hash is None or file.hash.value == base64.urlsafe_b64encode(digest).decode().rstrip("="):
+    value = base64.urlsafe_b64encode(digest).decode().rstrip("=")
+    if all(file.hash is None or file.hash.value == value for file in files):
         return
     others = " and ".join(
         f"{one.name} {one.version}" for one in distributions()

@@ -149,6 +149,8 @@ class OdriveListener(Listener[OdriveNode]):
         super().__init__(send, clock)
         self.endpoints: Endpoints | None = None
         self._answers: dict[tuple[int, int], int] = {}
+        self._alike: set[int] = set()
+        """Nodes that may be ODrives, by one frame at least."""
 
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat that makes sense is likely one. An answer to who is there, or a frame of a known node, fits."""
@@ -161,14 +163,17 @@ class OdriveListener(Listener[OdriveNode]):
             return Claim.NONE
         if node in self.found:
             return Claim.FITTING
-        return Claim.LIKELY if command == Command.HEARTBEAT and _makes_sense(frame) else Claim.NONE
+        if command != Command.HEARTBEAT or not _makes_sense(frame):
+            return Claim.NONE
+        self._alike.add(node)
+        return Claim.LIKELY
 
     def owns(self, frame: Frame) -> bool:
-        """True for a frame to or from a known axis, or to all."""
+        """True for a frame to or from an axis that is known, or that may be one, or to all."""
         if frame.extended or frame.remote:
             return False
         node = codec.node_of(frame.id)
-        return node in self.found or (node == codec.BROADCAST and bool(self.found))
+        return node in self.found or node in self._alike or (node == codec.BROADCAST and bool(self.found))
 
     def hear(self, frame: Frame) -> None:
         """Take in a frame."""
@@ -179,9 +184,9 @@ class OdriveListener(Listener[OdriveNode]):
         node = self._recognise(codec.node_of(frame.id), frame)
         node.receive(frame)
         match message:
-            case messages.Address(serial=serial) if node.node == codec.BROADCAST:
+            case messages.Address(serial=serial):
                 node.serials.add(f"{serial:X}")
-                node.heard = frame.at
+                node.heard = frame.at  # it may have a slow heartbeat, or none
             case messages.TxSdo(endpoint=endpoint, value=value):
                 self._answers[node.node, endpoint] = value
 
