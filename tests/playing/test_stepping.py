@@ -1,11 +1,13 @@
 """Matches in lockstep over processes: the same as in one process, whatever becomes of the players' processes."""
 
+import itertools
 import os
 import re
 import signal
 import socket
 from collections.abc import Iterator
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from threading import Event as Stop
 from types import SimpleNamespace
@@ -31,9 +33,11 @@ from vrg.launch.remote.wire import frame
 from vrg.launch.sandbox.bounds import BUDGET
 from vrg.playing import apart, in_process
 from vrg.playing.apart import Strategies, StrategyHere, SubprocessStrategy
+from vrg.playing.contained import ContainedPlayer
 from vrg.playing.deciding import Decided, Failed, Ready
 from vrg.playing.in_process import Ending
-from vrg.runs.branch import repeat_match
+from vrg.runs.branch import play_branch, repeat_match
+from vrg.runs.change import Change
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Digest, Line, Missed, StepLog, Unmade, read_steps
@@ -154,6 +158,17 @@ def test_who_has_spent_its_bank_of_time_forfeits_the_rest_in_a_repetition_too(
     assert not any(line.asked or line.failure for line in found)
     assert len(found) > 30, "all until the end"
     same(folder, repeated(folder, home, "again", None))
+
+
+def test_a_repetition_of_a_match_that_was_taken_up_spends_no_bank(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a slower computer its players take longer, and decide the same."""
+    (home / "tiny.toml").write_text(MATCH.replace('map = "open"', 'map = "open"\nbank = 0.5'))
+    of, _ = play(home, "recorded", None)
+    change = Change(3.0, "shark", "sharks-and-minnows")
+    branch = play_branch(of, [change], home / "branches", NOW, progress=lambda _: None, stop=Stop())  # type: ignore[arg-type]
+    seconds = map(float, itertools.count())  # each look at this clock takes a second
+    monkeypatch.setattr(in_process, "ContainedPlayer", partial(ContainedPlayer, clock=seconds.__next__))
+    same(branch, repeated(branch, home, "again", None))
 
 
 def test_a_process_that_is_killed_is_killed_in_a_repetition_too(home: Path, server: ForkServer) -> None:
