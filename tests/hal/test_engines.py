@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -54,6 +54,20 @@ def test_without_the_package_of_an_engine_a_match_has_another_one_or_names_what_
         ConfigError, match=r"engine pybullet: the package of that name is not installed.*--engine planar"
     ):
         check_installed(BULLET)
+
+
+def test_a_module_mujoco_without_its_package_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr(engines, "distribution", missing)
+    with pytest.raises(ConfigError, match="expected the module mujoco of mujoco-core, found that of another package"):
+        engines.check_installed("mujoco")
+
+
+def test_a_package_that_does_not_list_its_files_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engines, "distribution", lambda _: SimpleNamespace(name="mujoco-core", version="4", files=None))
+    engines.check_installed("mujoco")
 
 
 def test_a_module_of_another_package_in_place_of_that_of_mujoco_is_refused(

@@ -1,5 +1,6 @@
 """Folders of runs on a machine that ssh reaches: one agent each, and none is left for ever."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -120,3 +121,20 @@ with owned(Path({str(tmp_path)!r})):
         owner.stdin.close()  # then that ends, too
         with owned(tmp_path):
             assert (tmp_path / locks.OWNER).read_text() == str(os.getpid())
+
+
+def test_a_file_system_without_locks_is_told_in_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_locks(_: object) -> bool:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(locks.system, "lock", no_locks)
+    with pytest.raises(LaunchError, match="cannot be locked: No locks available: choose another"), owned(tmp_path):
+        pass
+
+
+def test_rubbish_in_a_lock_names_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / locks.OWNER).write_text("rubbish")
+    monkeypatch.setattr(locks, "ENDING_TIMEOUT", 0.0)
+    monkeypatch.setattr(locks.system, "lock", lambda _: False)
+    with pytest.raises(LaunchError, match="another process works here already"), owned(tmp_path):
+        pass

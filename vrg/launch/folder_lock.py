@@ -112,8 +112,8 @@ def _take(lock: IO[str], folder: Path) -> None:
         lock.seek(0)
         owner = lock.read().strip()
         if (owner.isdigit() and psutil.pid_exists(int(owner))) or time.monotonic() > deadline:
-            who = f"process {owner}, or what it has started" if owner.isdigit() else "another process"
-            raise LaunchError(f"{folder}: {who}, works here already: end it first, or choose another folder")
+            who = f"process {owner}, or what it has started," if owner.isdigit() else "another process"
+            raise LaunchError(f"{folder}: {who} works here already: end it first, or choose another folder")
         time.sleep(0.05)
     lock.truncate(0)
     lock.write(str(os.getpid()))
