@@ -50,8 +50,10 @@ _TIMEOUT_MODE = str(int(Mode.BRAKE))
 _SET_TIMEOUT_MODE = f"conf set servo.timeout_mode {_TIMEOUT_MODE}".encode()
 _GET_TIMEOUT_MODE = b"conf get servo.timeout_mode"
 """What the drive does when its watchdog has expired, and the lines for its console, which it forgets when it is off."""
-_CONSOLE_TRIES, _CONSOLE_QUESTIONS, _CONSOLE_PAUSE = 5, 3, 0.02
-"""Times that lines are typed, as they may get lost; questions for what was printed; s to wait for the answer to one."""
+_CONSOLE_TRIES, _CONSOLE_QUESTIONS = 5, 5
+"""Times that lines are typed, as they may get lost, and that it is asked what was printed of one."""
+_CONSOLE_TIMEOUT, _CONSOLE_PAUSE = 0.5, 0.01
+"""s for an answer, and to the next question where nothing was printed."""
 _STATUS = (
     codec.read(Register.MODE, 1, Resolution.INT8),
     codec.read(Register.POSITION, 2),
@@ -212,21 +214,25 @@ class MoteusAxis(Axis):
         """Type a line into the console; the first line that it prints of it, empty where none comes."""
         # What others have typed, or have not read, comes first.
         self._send(codec.console(HOST, self.node, Console.TYPE, b"\n"))
-        self._told()
+        for _ in range(_CONSOLE_QUESTIONS):
+            if not self._ask_console():
+                break
         self._send(codec.console(HOST, self.node, Console.TYPE, line + b"\n"))
-        return self._told().partition("\n")[0].strip()
-
-    def _told(self) -> str:
-        """All that the console prints until it has nothing more to tell."""
         text = b""
         for _ in range(_CONSOLE_QUESTIONS):
-            self._console = None
-            self._send(codec.console(HOST, self.node, Console.ASK))
-            self._clock.wait(lambda: self._console is not None, _CONSOLE_PAUSE)
-            if self._console == b"" and text:
+            text += self._ask_console()
+            if b"\n" in text:
                 break
-            text += self._console or b""
-        return text.decode("latin-1")
+        return text.decode("latin-1").partition("\n")[0].strip()
+
+    def _ask_console(self) -> bytes:
+        """What the console has printed since it was asked last; empty if nothing yet, or if it does not answer."""
+        self._console = None
+        self._send(codec.console(HOST, self.node, Console.ASK))
+        self._clock.wait(lambda: self._console is not None, _CONSOLE_TIMEOUT)
+        if not self._console:
+            self._clock.sleep(_CONSOLE_PAUSE)
+        return self._console or b""
 
     def poll(self, now: float) -> None:
         """Ask for its state: it sends nothing by itself."""
