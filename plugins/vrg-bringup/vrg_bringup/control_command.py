@@ -48,7 +48,7 @@ _HEADROOM = 2.0
 
 
 def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat the order.", 0.8, 600)] = 1.0) -> None:
-    """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
+    """Order every motor on a bus to be off, and say which are. Needs no match, no router and no file."""
     link, console = on.link(), make_console()
     with listening(link) as bus:
         end = bus.clock.now() + seconds
@@ -80,7 +80,10 @@ def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat t
     for words in problems:
         console.print(f"[red]{escape(words)}[/red]")
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if _is_off(found, ordered))
-    console.print(f"{link}: off by their own reports: {off or 'none'}.")
+    console.print(
+        f"{link}: off by their own reports: {off or 'none'}. A drive that says and answers nothing is not among them: "
+        "look whether its motor turns."
+    )
     if problems or heard.troubles:
         raise typer.Exit(1)
 
