@@ -126,8 +126,9 @@ class _Steps:
             "motors are switched off as it drives, and it rolls out."
         )
         ahead = Twist(plan.speed, 0.0)
-        there = lambda state: abs(state.odometry.x) >= plan.way  # noqa: E731
-        last = self._runner.drive_until(ahead, plan.way / plan.speed, there, roll=True)
+        last = self._runner.drive_until(
+            ahead, plan.way / plan.speed, lambda state: abs(state.odometry.x) >= plan.way, roll=True
+        )
         way = math.hypot(last.odometry.x, last.odometry.y)
         before = {axis.node: axis.ratio for axis in self._train.wheel_axes}
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from msgspec import Struct
 
 from vrg.geometry import along_arc, wrap
-from vrg.hal.can.dropouts import DROPOUT
+from vrg.hal.can.dropouts import was_restarted
 from vrg.hal.can.plausibility import SLUGGISH, MotorLimits
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist
@@ -16,8 +16,6 @@ TURN = math.tau
 """One turn in rad."""
 _OVERSPEED = 1.5
 """The number of times its top speed above which the speed of a motor is disbelieved."""
-BEGINNING = 1.0
-"""The turns around zero in which the position of a drive begins that was started again."""
 _JUMP_SLACK = 0.25
 """s that a frame may be late. Its content is then older than it looks, and the next one seems to come from far."""
 
@@ -116,11 +114,8 @@ class DriveBase:
         if turns:
             way = math.remainder(way, turns)
         bounds = self.bounds[node]
-        if estimate.at - last.at > DROPOUT and abs(estimate.position) < BEGINNING:
-            # It was not heard, and may have been started again; or it has rolled on.
-            least, most = sorted((0.0, last.velocity * (estimate.at - last.at)))
-            if not least - bounds.slip <= way <= most + bounds.slip:
-                return None
+        if was_restarted(estimate.at - last.at, estimate.position, way, last.velocity, bounds.slip):
+            return None
         fastest = min(max(abs(last.velocity), abs(estimate.velocity)), _OVERSPEED * bounds.speed)
         if abs(way) > bounds.slip + fastest * (max(0.0, estimate.at - last.at) + _JUMP_SLACK):
             return None

@@ -1,6 +1,6 @@
-"""Counts the moments in which the wires to a drive have failed, as with a loose plug. It has no bus and no clock.
+"""Judges a drive that was not heard for a moment, as with a loose plug. It has no bus and no clock.
 
-Each such moment alone is none of the faults that the guard knows: the drive's watchdog stops its motor, and the robot
+Such a moment alone is none of the faults that the guard knows: the drive's watchdog stops its motor, and the robot
 would start again and again, with one wheel alone for a part of the time.
 """
 
@@ -12,6 +12,8 @@ DROPOUTS, DROPOUT_WINDOW = 3, 10.0
 four setpoints in a row get lost about once in a quarter of an hour."""
 DROPOUT = 0.2
 """s without an encoder message after which a robot stands, and the least s from one such moment to the next."""
+BEGINNING = 1.0
+"""The turns around zero in which the position of a drive begins that was started again."""
 
 
 class Dropouts:
@@ -32,3 +34,18 @@ class Dropouts:
             f"node {node}: its frames or its setpoints were lost {DROPOUTS} times within {DROPOUT_WINDOW:g} s, for "
             "long enough to stop its motor. Check the wires and the plug of this drive"
         )
+
+
+def was_restarted(gap: float, position: float, way: float, velocity: float, slack: float) -> bool:
+    """Whether a drive that is heard again was started again, instead of having rolled on at most as fast as before.
+
+    Args:
+        gap: the time since its last position, s; infinite = there was none.
+        position: its position now, turns. way: how far that is from its last one, turns.
+        velocity: its last velocity, turns/s.
+        slack: the turns by which its motor may have rolled on farther than this velocity says.
+    """
+    if not DROPOUT < gap < math.inf or abs(position) >= BEGINNING:
+        return False
+    least, most = sorted((0.0, velocity * gap))
+    return not least - slack <= way <= most + slack

@@ -2,9 +2,9 @@
 
 It is a network slave (NMT, heartbeat, EMCY), an SDO server, four RPDOs and four TPDOs, and the state machine of CiA 402
 in profile velocity mode, with its halt bit. Its watchdog is the deadline of an RPDO (0x1400:05); when it expires the
-drive says so (EMCY 0x8250), and has a fault if its motor was on. It keeps its settings on the command
-to save them, and watches its master's heartbeat if it is configured to. It has no block transfers, no
-node guarding, no SYNC and no PDOs by remote frames.
+drive says so (EMCY 0x8250), and has a fault if its motor was on. It keeps its settings on the command to save
+them, and watches its master's heartbeat if it is configured to. It has no block transfers, no node guarding, no SYNC
+and no PDOs by remote frames.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Each setpoint carries the time after which the drive must stop by itself, which sets its watchdog.
 A drive whose watchdog has expired is in the mode "timeout" until it is stopped. It then does what its console was told:
-here it shorts the phases of its motor, as its default, to hold the speed at zero under a current limit, takes longer.
+here it shorts the phases of its motor, as its default (hold the speed at zero under a current limit) takes longer.
 """
 
 import math

@@ -4,13 +4,13 @@ It tells its speed, current and tachometer by itself, if its status messages 1 a
 time-out and its kill switch must be asked for. The time-out is its watchdog.
 """
 
-import math
 import os
 from contextlib import suppress
 
 from pydantic import Field
 
 from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
+from vrg.hal.can.dropouts import was_restarted
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.clock import Clock
 from vrg_drives.vesc import codec
@@ -43,8 +43,6 @@ MIN_ERPM = 900
 """The slowest speed that it regulates: asked for less, it brakes (the firmware's `s_pid_min_erpm`, its default)."""
 _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
-_RESTART_GAP = 0.2
-"""s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
 _ROLLED = 0.1
 """The turns by which a motor may have rolled on farther, while its drive was not heard, than its speed says."""
 _UNANSWERED = 8
@@ -218,9 +216,7 @@ class VescAxis(Axis):
             self.heard = frame.at
             position = supply.tachometer / codec.TACHO_STEPS / self._pairs
             gap = frame.at - self.measured
-            least, most = sorted((0.0, self.velocity * gap))
-            rolled = least - _ROLLED <= position - self.position <= most + _ROLLED
-            if _RESTART_GAP < gap < math.inf and abs(position) < 1.0 and not rolled:
+            if was_restarted(gap, position, position - self.position, self.velocity, _ROLLED):
                 self._complain("it was started again")
                 self._wanted = False
             if self.options.pole_pairs is not None:
