@@ -25,8 +25,8 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.can_protocols": {"cia402": "vrg-drives", "moteus": "vrg-drives", "vesc": "vrg-drives"},
     "vrg.commands": {
         "can": "vrg-bringup", "class": "vrg-class", "compare": "vrg-league", "league": "vrg-league",
-        "tournament": "vrg-league", "edit": "vrg-edit", "event": "vrg-event", "mcp": "vrg-mcp",
-        "fuzz": "vrg-faults", "locate": "vrg-locate", "run.clip": "vrg-event", "run.export": "vrg-learn",
+        "tournament": "vrg-league", "edit": "vrg-edit", "event": "vrg-class", "mcp": "vrg-mcp",
+        "fuzz": "vrg-faults", "locate": "vrg-locate", "run.clip": "vrg-class", "run.export": "vrg-learn",
         "run.report": "vrg-locate", "show.3d": "vrg-three", "node.three": "vrg-three", "show.hud": "vrg-hud",
         "node.hud": "vrg-hud", "show.ros": "vrg-ros", "node.ros": "vrg-ros", "show.foxglove": "vrg-foxglove",
         "node.foxglove": "vrg-foxglove", "show.developer": "vrg-developer",

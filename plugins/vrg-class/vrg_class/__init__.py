@@ -1,4 +1,4 @@
-"""A class without installation: students open a link, write code in the browser, and see a robot drive by it."""
+"""Days with people: a class whose students write robots in browsers, and events on a stage."""
 
 from typing import Final
 
@@ -12,3 +12,10 @@ CLASS_TABLE: Final = {
     }
 }
 CLASS: Final = Command(("class",), "Play", "Teach a class: start, final, export", "vrg_class:CLASS_TABLE")
+EVENT: Final = Command(("event",), "Play", "Run a timetable of matches on one field", "vrg_class.event.command:event")
+CLIP: Final = Command(
+    ("run", "clip"),
+    "Look at a recorded run; RUN is the newest in the folder runs, if none is named",
+    "Write the seconds around a call as a moving picture",
+    "vrg_class.event.clip_command:clip",
+)

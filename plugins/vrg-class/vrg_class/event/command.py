@@ -18,8 +18,8 @@ from vrg.playing.by_command import play_file
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.web.admission import DEFAULT_PORT
-from vrg_event.site import EventSite
-from vrg_event.timetable import Event, Outcome, read_timetable
+from vrg_class.event.site import EventSite
+from vrg_class.event.timetable import Event, Outcome, read_timetable
 
 PORT: Final = 8070
 """The port of the event's page, if no other program has it."""

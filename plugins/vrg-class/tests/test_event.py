@@ -21,8 +21,8 @@ from tests.tiny import TINY
 from vrg.errors import ConfigError
 from vrg.launch.endpoints import free_port
 from vrg.launch.folder_lock import owned
-from vrg_event.site import EventSite
-from vrg_event.timetable import Event, Outcome, Slot, read_timetable
+from vrg_class.event.site import EventSite
+from vrg_class.event.timetable import Event, Outcome, Slot, read_timetable
 
 TABLE = """title = "Open day"
 pause = 60.0

@@ -11,7 +11,7 @@ from msgspec import Struct
 from vrg.ui.web.admission import is_token
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
-from vrg_event.timetable import Event
+from vrg_class.event.timetable import Event
 
 ACTS: Final = ("begin", "hold", "go on", "again")
 
@@ -30,7 +30,7 @@ class EventSite(Site):
     """
 
     def __init__(self, host: str, port: int, event: Event, page: int, token: str) -> None:
-        super().__init__(host, port, "event.html", own=files("vrg_event") / "static")
+        super().__init__(host, port, "event.html", own=files("vrg_class") / "static")
         self._event, self._match_page, self._token = event, page, token
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
