@@ -24,7 +24,7 @@ from typing import Any, BinaryIO, Generic, Protocol, TypeVar
 import msgspec
 
 from vrg.errors import FileError
-from vrg.system import FILE_FLAGS, UNWAITED_FLAGS
+from vrg.system import FILE_FLAGS, POSIX, UNWAITED_FLAGS
 from vrg.types import printable
 
 log = logging.getLogger(__name__)
@@ -215,13 +215,14 @@ def records_of(content: bytes, *decoders: Decoder[T]) -> Records[T]:
     return Records(whole, damaged, end, len(torn))
 
 
-def write_whole(path: Path, data: bytes, mode: int = 0o666) -> None:
+def write_whole(path: Path, data: bytes, mode: int = 0o666, *, synced: bool = False) -> None:
     """Replace a file in one step, so that a reader sees either the old or the new content, never a part of it.
 
     A link in its place is replaced, too: what it leads to stays as it is.
 
     Args:
         mode: who may read and write it, less what the process' umask takes away.
+        synced: return only when it is on the disk, where a power cut leaves it.
 
     Raises:
         OSError: it cannot be written; the old content is still there.
@@ -231,11 +232,27 @@ def write_whole(path: Path, data: bytes, mode: int = 0o666) -> None:
     try:
         with open(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | FILE_FLAGS, mode), "wb") as file:
             file.write(data)
+            if synced:
+                file.flush()
+                os.fsync(file.fileno())
         os.replace(partial, path)
+        if synced:
+            _sync_folder(path.parent)
     except OSError:
         with suppress(OSError):
             partial.unlink()
         raise
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk; where a system cannot, it does so by itself, as Windows."""
+    if not POSIX:
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:

@@ -46,6 +46,14 @@ CHECKED_EVERY = 1.0
 """The real time in s between two looks at whether the page is still served."""
 EVERYWHERE = "0.0.0.0"
 """The address to listen on for all other machines."""
+_SPECIAL = (
+    (
+        "of Docker or a virtual machine: other machines do not reach it",
+        ("docker", "br-", "veth", "virbr", "vmnet", "vmware", "vboxnet", "virtualbox", "lxc", "podman", "cni"),
+    ),
+    ("of a VPN: only machines within it reach it", ("tun", "tap", "wg", "tailscale", "zt", "ppp", "utun", "ipsec")),
+)
+"""What is to be said of an interface, by how its name begins."""
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
@@ -147,13 +155,19 @@ def _need_server() -> None:
         raise LaunchError(missing("aiohttp"))
 
 
-def encrypted(page: Admission) -> Admission:
-    """The page with a certificate, which it keeps if it has one that is valid."""
+def encrypted(page: Admission, named: str = "") -> Admission:
+    """The page with a certificate, which it keeps if it has one that is valid.
+
+    Args:
+        named: a further name by which browsers reach this machine; empty for none.
+    """
     now = datetime.now(UTC)
-    if page.certificate and not validity(page.certificate.encode()).is_over(now):
-        return page
     machine = socket.gethostname()
-    hosts = [*reached_at(page.host), *LOCAL_HOSTS, machine, f"{machine}.local"]
+    hosts = [*reached_at(page.host), *LOCAL_HOSTS, machine, f"{machine}.local", *([named] if named else [])]
+    if page.certificate:
+        known = validity(page.certificate.encode())
+        if not known.is_over(now) and (not named or named in known.hosts):
+            return page
     # A seat of the match may not have it: whatever serves by a certificate of its authority could pose as the router.
     own = make_seat(make_authority("page", now), Seat(SeatKind.ROUTER), now, LASTS, hosts)
     return replace(page, certificate=own.certificate.decode(), private_key=own.private_key.decode())
@@ -180,6 +194,7 @@ def known_page(keys: Path) -> Admission | None:
 def print_links(page: Admission, console: Console, drawer: str = "") -> None:
     """Print the links of the page, and who can open it. The official's link opens the drawer of this name, if any."""
     for address in reached_at(page.host):
+        remark = remark_on(address)
         links = [
             (_WHO[role.kind].format(role.player), f"{link}&{drawer}" if drawer and role == OFFICIAL else link)
             for role, link in page.links(address)
@@ -187,7 +202,7 @@ def print_links(page: Admission, console: Console, drawer: str = "") -> None:
         width = max(len(who) for who, _ in links)
         for who, link in links:
             # A link that is broken into lines cannot be clicked.
-            console.print(f"{who:<{width}}  {link}", soft_wrap=True, markup=False)
+            console.print(f"{who:<{width}}  {link}{remark and f'  ({remark})'}", soft_wrap=True, markup=False)
     if page.port != DEFAULT_PORT:
         console.print(f"the page has port {page.port}")
     if page.host in _LOOPBACK:
@@ -208,13 +223,26 @@ def print_links(page: Admission, console: Console, drawer: str = "") -> None:
 
 
 def reached_at(host: str) -> list[str]:
-    """The addresses of this machine at which others reach what listens on `host`; its own if there are none."""
+    """The addresses of this machine at which others reach what listens on `host`; its own if there are none.
+
+    Those of which `remark_on` has something to say are last.
+    """
     if host not in (EVERYWHERE, "::"):
         return [host]
-    found = [
-        entry.address
-        for entries in psutil.net_if_addrs().values()
+    return sorted(_interfaces(), key=lambda address: bool(remark_on(address))) or ["127.0.0.1"]
+
+
+def remark_on(address: str) -> str:
+    """Why an address of this machine may be of no use to others, in words; empty for one of a usual network."""
+    interface = _interfaces().get(address, "").lower()
+    return next((words for words, names in _SPECIAL if interface.startswith(names)), "")
+
+
+def _interfaces() -> dict[str, str]:
+    """The name of the network interface of each address of this machine, but for loopback."""
+    return {
+        entry.address: name
+        for name, entries in psutil.net_if_addrs().items()
         for entry in entries
         if entry.family is socket.AF_INET and not entry.address.startswith("127.")
-    ]
-    return found or ["127.0.0.1"]
+    }

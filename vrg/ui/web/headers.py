@@ -15,19 +15,20 @@ PAGE_HEADERS: Final = {
 """The headers of every answer. The page loads nothing from elsewhere, and is shown in no other page."""
 
 
-def foreign(origin: str | None, host: str, served: str, machine: str) -> str:
+def foreign(origin: str | None, host: str, served: str, machine: str, named: str = "") -> str:
     """Why a connection may be another site's doing, in words; empty if it is not.
 
     Args:
         origin: of the page that has opened it, as its browser names it; None for a program that is no browser.
         host: the address and port that were asked for. served: the address that is listened on.
         machine: the name of this machine.
+        named: a further name by which its owner lets others reach it; empty for none.
 
     Raises:
         ValueError: the origin or the host is none.
     """
     name = urlsplit(f"//{host}").hostname or ""
-    own = {"localhost", served.lower(), machine.lower(), f"{machine.lower()}.local"}
+    own = {"localhost", served.lower(), machine.lower(), f"{machine.lower()}.local", named.lower()} - {""}
     if name not in own and not _is_address(name):
         return (
             f"expected this machine's address or name ({machine}) in the address of the page, got {name!r}: a name "

@@ -59,6 +59,7 @@ class Site:
         script: the file of its program, where another one takes the place of `main.js`.
         certificate, private_key: of the page, in PEM; empty serves it without encryption.
         own: a folder with further files, which a page of another package has; None for none.
+        named: a further name by which browsers reach this machine; empty for none.
     """
 
     def __init__(
@@ -71,7 +72,9 @@ class Site:
         *,
         script: str = "main.js",
         own: Traversable | None = None,
+        named: str = "",
     ) -> None:
+        self._named = named
         self._host, self._port, self._page, self._script = host, port, page, script
         self._folders = [files("vrg.ui.web") / "static", *([] if own is None else [own])]
         self._certificate, self._private_key = certificate, private_key
@@ -131,7 +134,7 @@ class Site:
         """The answer to a request that may be another site's doing; None to one of the page."""
         try:
             origin, machine = request.headers.get("Origin"), socket.gethostname()
-            why, status = foreign(origin, request.host, self._host, machine), 403
+            why, status = foreign(origin, request.host, self._host, machine, self._named), 403
         except ValueError as error:
             why, status = f"expected an address in Host and Origin: {error}", 400
         if not why:

@@ -1,0 +1,98 @@
+"""What the pages of a class and of an event have in common: answers and refusals as data, and codes to scan."""
+
+import asyncio
+import functools
+import io
+from collections.abc import Callable
+from importlib.resources import files
+from typing import Any, Final, TypeVar
+
+import msgspec
+import segno
+from aiohttp import web
+from msgspec import Struct
+
+from vrg.ui.web.parts import encode
+from vrg.ui.web.site import Site
+from vrg_class.links import Served
+
+LINK_SIZE: Final = 300
+"""The number of letters of a link of which a QR code is made."""
+T = TypeVar("T", bound=Struct)
+
+
+class RefusalError(Exception):
+    """A request that is not granted. The page has the words.
+
+    Args:
+        why: the reason, one word of the pages' files of words. status: of the answer, by HTTP.
+        found: what is told of it.
+    """
+
+    def __init__(self, why: str, status: int = 400, **found: Any) -> None:
+        super().__init__(why)
+        self.status, self.found = status, {"why": why, **found}
+
+
+class DaySite(Site):
+    """Serves the pages of a day with people.
+
+    Args:
+        at: where. page: the file that is served at the top.
+    """
+
+    def __init__(self, at: Served, page: str) -> None:
+        own, served = files("vrg_class") / "static", at.page
+        super().__init__(served.host, served.port, page, served.certificate, served.private_key, own=own, named=at.name)
+
+    def add_routes(self, router: web.UrlDispatcher) -> None:
+        """Add what all pages ask for."""
+        router.add_post("/qr", self.told(self._qr))
+
+    def told(self, answer: Callable[[web.Request], Any]) -> Callable[[web.Request], Any]:
+        """What answers with JSON, or with a reason why not."""
+
+        async def handler(request: web.Request) -> web.Response:
+            if (refused := self.turned_away(request)) is not None:
+                return refused
+            try:
+                found, status = await answer(request), 200
+            except RefusalError as refusal:
+                found, status = refusal.found, refusal.status
+            except OSError as error:
+                found, status = {"why": "disk", "words": error.strerror or str(error)}, 507
+            return web.Response(text=encode(found), status=status, content_type="application/json")
+
+        return handler
+
+    async def _qr(self, request: web.Request) -> Any:
+        """The picture of a link. The link is no part of the address, so that its token is in no log."""
+        wanted = await read(request, Link)
+        return {"svg": await asyncio.to_thread(_picture, wanted.text[:LINK_SIZE])}
+
+
+class Link(Struct, frozen=True):
+    """A link to be shown as a picture that telephones read."""
+
+    text: str
+
+
+async def read(request: web.Request, kind: type[T]) -> T:
+    """What a request asks for.
+
+    Raises:
+        RefusalError: it is none of this kind.
+    """
+    try:
+        return msgspec.json.decode(await request.read(), type=kind)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise RefusalError("request", words=f"expected {kind.__name__}: {error}") from None
+
+
+@functools.lru_cache(maxsize=256)
+def _picture(text: str) -> str:
+    found = io.BytesIO()
+    segno.make(text or "-", error="m").save(
+        found, kind="svg", scale=8, border=2, dark="#000", light="#fff", xmldecl=False, svgns=True
+    )
+    return found.getvalue().decode()
