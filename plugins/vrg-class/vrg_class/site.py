@@ -3,7 +3,7 @@
 import asyncio
 import functools
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from importlib.resources import files
 from typing import Any, Final, TypeVar
 
@@ -14,6 +14,7 @@ from msgspec import Struct
 
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
+from vrg_class.languages import preferred, words
 from vrg_class.links import Served
 
 LINK_SIZE: Final = 300
@@ -48,6 +49,7 @@ class DaySite(Site):
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what all pages ask for."""
         router.add_post("/qr", self.told(self._qr))
+        router.add_get("/words.json", self.told(self._words))
 
     def told(self, answer: Callable[[web.Request], Any]) -> Callable[[web.Request], Any]:
         """What answers with JSON, or with a reason why not."""
@@ -65,10 +67,19 @@ class DaySite(Site):
 
         return handler
 
+    async def _words(self, request: web.Request) -> Any:
+        tag = language_of(request, words())
+        return {"tag": tag, **words()[tag]}
+
     async def _qr(self, request: web.Request) -> Any:
         """The picture of a link. The link is no part of the address, so that its token is in no log."""
         wanted = await read(request, Link)
         return {"svg": await asyncio.to_thread(_picture, wanted.text[:LINK_SIZE])}
+
+
+def language_of(request: web.Request, known: Collection[str]) -> str:
+    """The language of a browser among those that there are."""
+    return preferred(request.headers.get("Accept-Language", ""), known)
 
 
 class Link(Struct, frozen=True):

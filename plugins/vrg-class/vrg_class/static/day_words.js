@@ -1,0 +1,27 @@
+// The words of the pages, in the language of the browser: see words/en.json.
+
+const found = await fetch("words.json").then((answer) => answer.json()).catch(() => ({}));
+export const LANGUAGE = found.tag ?? "en";
+const plural = new Intl.PluralRules(LANGUAGE);
+document.documentElement.lang = LANGUAGE;
+
+/** The value of a key such as "event.lost"; undefined if there is none. */
+export const value = (key) => key.split(".").reduce((part, name) => part?.[name], found);
+
+/** A text of a key, with fields in place of {name}; where it has forms for one and for others, `n` chooses. */
+export function words(key, fields = {}) {
+  const text = value(key) ?? key, form = typeof text === "string" ? text : text[plural.select(fields.n ?? 0)] ?? text.other;
+  return form.replace(/\{(\w+)\}/g, (whole, name) => fields[name] ?? whole);
+}
+
+/** What the server refuses, in words: its answer {why, ...}. */
+export const refusal = (answer) => words(`refused.${answer.why}`, answer);
+
+const PLACES = { say: "textContent", title: "title", label: "ariaLabel", holder: "placeholder" };
+
+/** Fill what the page's HTML marks: data-say, data-title, data-label and data-holder have keys. */
+export function fill(root = document) {
+  for (const [name, property] of Object.entries(PLACES)) {
+    for (const element of root.querySelectorAll(`[data-${name}]`)) element[property] = words(element.dataset[name]);
+  }
+}
