@@ -57,12 +57,21 @@ def chromium(*flags: str) -> Iterator[Browser]:
 class Visitor:
     """A page in a context of its own, as another person's browser is.
 
+    Args:
+        locale: the language of the browser. script: JavaScript that runs before that of each page.
+
     Attributes:
         page: Playwright's. errors: of the page, and of what it has loaded.
     """
 
-    def __init__(self, browser: Browser, link: str, size: tuple[int, int] = SIZES[0]) -> None:
-        context = browser.new_context(viewport={"width": size[0], "height": size[1]})
+    def __init__(
+        self, browser: Browser, link: str, size: tuple[int, int] = SIZES[0], *, locale: str = "en", script: str = ""
+    ) -> None:
+        context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, locale=locale, ignore_https_errors=True
+        )
+        if script:
+            context.add_init_script(script)
         self.page: Page = context.new_page()
         self.page.set_default_timeout(PATIENCE)
         self.errors: list[str] = []

@@ -2,17 +2,22 @@
 
 Each student tries every EVERY seconds, the first step of the lesson and the whole match in turn, and hands each fifth
 version in. The hostile ones try endless loops, much output, eight gigabytes, the files of others, and code of 5 MB,
-and join again and again. At the end each version that the server has confirmed as handed in is looked for in the
-folder of the class.
+and join again and again. Connections that say nothing may be there beside them, and the disk may be full for a while:
+with `--folder` on a small file system, such as a tmpfs, which is filled. At the end the code that the server has last
+confirmed as saved, and each version that it has confirmed as handed in, is looked for in the folder of the class.
 
     python plugins/vrg-class/benchmarks/load.py                             # 20 students once a minute, for 5 minutes
     python plugins/vrg-class/benchmarks/load.py --every 8 --for 360 --hostile 5 --kills 2      # 45 minutes in 6
+    python plugins/vrg-class/benchmarks/load.py --students 24 --for 2700 --hostile 5 --kills 2 --idle 1100 \\
+        --folder /mnt/small --full 20
 """
 
 import argparse
 import asyncio
 import contextlib
 import json
+import os
+import resource
 import signal
 import statistics
 import subprocess
@@ -53,11 +58,13 @@ PATIENCE = 60.0
 
 @dataclass
 class Found:
-    """The real times in s until the first picture and the end of each try; the code that was handed in, by name."""
+    """The real times in s until the first picture and the end of each try, and of halts; what was confirmed."""
 
     first: list[float] = field(default_factory=list)
     whole: list[float] = field(default_factory=list)
     handed: dict[str, str] = field(default_factory=dict)
+    saved: dict[str, str] = field(default_factory=dict)
+    halts: list[float] = field(default_factory=list)
     answers: Counter[str] = field(default_factory=Counter)
 
 
@@ -78,6 +85,7 @@ class Server:
             if line.startswith("students"):
                 self.base, _, self.joining = line.split()[1].partition("/#join=")
             if line.startswith("teacher"):
+                self.teacher = line.split()[1].partition("#")[2]
                 return
         raise RuntimeError("the class did not start")
 
@@ -100,15 +108,20 @@ async def asked(http: aiohttp.ClientSession, server: Server, path: str, token: s
         return answer.status, json.loads(text) if answer.status == 200 else text
 
 
-async def tried(http: aiohttp.ClientSession, server: Server, token: str, code: str, step: str, found: Found) -> None:
-    """Try code in a step of the lesson, or in the whole match, and wait for its end."""
+async def tried(
+    http: aiohttp.ClientSession, server: Server, who: tuple[str, str], code: str, step: str, found: Found
+) -> None:
+    """Try code in a step of the lesson, or in the whole match, and wait for its end; `who` is a name and a token."""
+    name, token = who
+    base = (await asked(http, server, "/me", token))[1]["revision"]
     async with http.ws_connect(server.base.replace("http", "ws", 1) + "/feed", max_msg_size=0) as socket:
         await socket.send_str(token)
         began = time.monotonic()
-        status, answer = await asked(http, server, "/try", token, code=code, step=step, against=0)
+        status, answer = await asked(http, server, "/try", token, code=code, base=base, step=step, against=0)
         found.answers[f"try {status}"] += 1
         if status != 200:
             return
+        found.saved[name] = code
         first = None
         new = False
         while True:
@@ -127,14 +140,26 @@ async def tried(http: aiohttp.ClientSession, server: Server, token: str, code: s
                     return
 
 
+async def joined(http: aiohttp.ClientSession, server: Server, name: str, found: Found) -> tuple[str, str]:
+    """Join, as often as it takes, as a person does who reads that there is no connection: the token, and the name."""
+    while True:
+        try:
+            status, answer = await asked(http, server, "/join", server.joining, name=name)
+            if status == 200:
+                return answer["token"], answer["name"]
+            found.answers[f"join {status}"] += 1
+        except (aiohttp.ClientError, OSError) as error:
+            found.answers[f"join {type(error).__name__}"] += 1
+        await asyncio.sleep(1.0)
+
+
 async def student(
     http: aiohttp.ClientSession, server: Server, number: int, found: Found, times: tuple[float, float, float], deed: str
 ) -> None:
     """One student, from joining to the end of the lesson."""
     start, every, end = times
-    _, joined = await asked(http, server, "/join", server.joining, name=f"Student {number}")
-    token, name = joined["token"], joined["name"]
     await asyncio.sleep(start)
+    token, name = await joined(http, server, f"Student {number}", found)
     tries = 0
     while time.monotonic() < end:
         begun = time.monotonic()
@@ -144,19 +169,60 @@ async def student(
             text = HOSTILE[deed].format(folder=str(server.folder), long="x" * 5_000_000 if deed == "size" else "")
             code = code.replace("        return", f"        {text}\n        return")
         try:
-            await tried(http, server, token, code, STEP if tries % 2 else "", Found() if deed else found)
+            await tried(http, server, (name, token), code, STEP if tries % 2 else "", Found() if deed else found)
             if deed:
                 await asked(http, server, "/join", server.joining, name=f"Guest {number} {tries}")
             elif tries % 5 == 0:
                 await asyncio.sleep(0.6)
-                status, _ = await asked(http, server, "/hand-in", token, code=code)
+                base = (await asked(http, server, "/me", token))[1]["revision"]
+                status, _ = await asked(http, server, "/hand-in", token, code=code, base=base)
                 found.answers[f"hand-in {status}"] += 1
                 if status == 200:
-                    found.handed[name] = code
+                    found.handed[name] = found.saved[name] = code
         except (aiohttp.ClientError, TimeoutError, OSError) as error:
             found.answers[type(error).__name__ + (" of a hostile student" if deed else "")] += 1
             await asyncio.sleep(2.0)
         await asyncio.sleep(max(0.6, every - (time.monotonic() - begun)))
+
+
+async def idle(server: Server, count: int) -> None:
+    """Keep connections open that say nothing; one that the server closes comes again."""
+    host, port = server.base.removeprefix("http://").split(":")
+
+    async def one() -> None:
+        while True:
+            with contextlib.suppress(OSError):
+                reader, writer = await asyncio.open_connection(host, int(port))
+                with contextlib.suppress(OSError):
+                    await reader.read(1)
+                writer.close()
+            await asyncio.sleep(5.0)
+
+    await asyncio.gather(*(one() for _ in range(count)))
+
+
+async def fill(folder: Path, seconds: float, start: float) -> None:
+    """Fill the file system of the class for some seconds, from `start` on."""
+    await asyncio.sleep(start)
+    filler = folder.parent / "filler"
+    with contextlib.suppress(OSError), filler.open("wb", buffering=0) as file:
+        while True:
+            file.write(bytes(4096))
+    print(f"the disk is full: {os.statvfs(folder).f_bavail} blocks are free", flush=True)
+    await asyncio.sleep(seconds)
+    filler.unlink()
+
+
+async def halts(http: aiohttp.ClientSession, server: Server, found: Found) -> None:
+    """The teacher halts all tries, and lets them go on at once, each ten seconds."""
+    while True:
+        await asyncio.sleep(10.0)
+        for halted in (True, False):
+            begun = time.monotonic()
+            with contextlib.suppress(aiohttp.ClientError, OSError):
+                status, _ = await asked(http, server, "/teacher/decide", server.teacher, halted=halted)
+                if status == 200:
+                    found.halts.append(time.monotonic() - begun)
 
 
 async def lesson(server: Server, args: argparse.Namespace) -> Found:
@@ -172,11 +238,16 @@ async def lesson(server: Server, args: argparse.Namespace) -> Found:
             for number in range(args.students)
         ]  # fmt: skip
         working = asyncio.gather(*students)
+        others = [asyncio.create_task(idle(server, args.idle)), asyncio.create_task(halts(http, server, found))]
+        if args.full:
+            others.append(asyncio.create_task(fill(server.folder, args.full, args.seconds / 6)))
         for _ in range(args.kills):
             await asyncio.sleep(args.seconds / (args.kills + 1))
             server.kill()
             await asyncio.to_thread(server.start)
         await working
+        for task in others:
+            task.cancel()
     return found
 
 
@@ -188,26 +259,34 @@ def main() -> None:
     parser.add_argument("--every", type=float, default=60.0, help="seconds between two tries of a student")
     parser.add_argument("--for", dest="seconds", type=float, default=300.0)
     parser.add_argument("--kills", type=int, default=0)
+    parser.add_argument("--idle", type=int, default=0, help="connections that say nothing")
+    parser.add_argument("--folder", type=Path, help="where the class is made; a temporary folder if missing")
+    parser.add_argument("--full", type=float, default=0.0, help="seconds for which the disk of --folder is full")
     args = parser.parse_args()
-    with tempfile.TemporaryDirectory() as place:
+    hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 8192), hard))
+    with tempfile.TemporaryDirectory(dir=args.folder) as place:
         server = Server(Path(place) / "class")
         try:
             found = asyncio.run(lesson(server, args))
         finally:
             with contextlib.suppress(ProcessLookupError):
                 server.stop()
-        kept = {}
+        kept, code = {}, {}
         for file in (server.folder / "students").glob("*/student.json"):
             known = json.loads(file.read_text())
+            code[known["name"]] = (file.parent / "code.py").read_text() if (file.parent / "code.py").exists() else ""
             if known["handed"]:
                 kept[known["name"]] = (server.folder / "entries" / f"{known['folder']}.py").read_text()
         games = server.folder / "league" / "games.jsonl"
         played = len(games.read_text().splitlines()) if games.exists() else 0
     first, whole = sorted(found.first), sorted(found.whole)
     print(f"{len(whole)} tries of honest students; answers: {dict(found.answers)}")
-    for what, numbers in (("first picture", first), ("whole try", whole)):
+    for what, numbers in (("first picture", first), ("whole try", whole), ("halt", sorted(found.halts))):
         middle, late = statistics.median(numbers), numbers[int(0.95 * len(numbers))]
         print(f"{what}: median {middle:.2f} s, 95 % {late:.2f} s, at the worst {numbers[-1]:.2f} s")
+    unsaved = [name for name, text in found.saved.items() if code.get(name) != text]
+    print(f"saved by {len(found.saved)} students, lost: {len(unsaved)}")
     lost = [name for name, code in found.handed.items() if kept.get(name) != code]
     print(f"handed in by {len(found.handed)} students, lost: {len(lost)}; games of the league: {played}")
 

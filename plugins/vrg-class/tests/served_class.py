@@ -13,9 +13,11 @@ from typing import Any, TypeVar
 import aiohttp
 
 from vrg.launch.sandbox.seal import missing
+from vrg.ui.web.admission import Admission
 from vrg_class.folder import ClassFolder
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import lesson_of
+from vrg_class.links import Served
 from vrg_class.server import ClassSite
 from vrg_class.tries import Tries
 
@@ -65,6 +67,14 @@ class Class:
 
         return self.run(got)
 
+    def base(self, token: str) -> str:
+        """The revision of the newest code of a student."""
+        return str(self.ask("/me", token)[1]["revision"])
+
+    def send(self, path: str, token: str, code: str, **body: Any) -> tuple[int, Any]:
+        """Post code that was made from the newest one: the status, and the answer."""
+        return self.ask(path, token, code=code, base=self.base(token), **body)
+
     def join(self, name: str, word: str = "") -> str:
         """Let a student join; the token."""
         status, found = self.ask("/join", self.folder.about.joining, name=name, word=word)
@@ -74,15 +84,17 @@ class Class:
     def tried(self, token: str, code: str, step: str = "01-drive", against: int = 0) -> list[dict[str, Any]]:
         """Try a code, and wait for its end; what the page gets of it."""
 
+        base = self.base(token)
+
         async def work(session: aiohttp.ClientSession) -> list[dict[str, Any]]:
             async with session.ws_connect(f"{self.at}/feed") as feed:
                 await feed.send_str(token)
                 while True:  # until the server allows another try
-                    body = {"code": code, "step": step, "against": against}
+                    body = {"code": code, "base": base, "step": step, "against": against}
                     status, answer = await post(session, f"{self.at}/try", token, body)
                     if status == 200:
                         break
-                    assert "very quick" in answer, answer
+                    assert "haste" in answer, answer
                     await asyncio.sleep(0.1)
                 found: list[dict[str, Any]] = []
                 async for message in feed:
@@ -112,7 +124,7 @@ def serve(folder: ClassFolder) -> Class:
     about = folder.about
     sealed = missing() is None
     site = ClassSite(
-        "127.0.0.1", port, folder, lesson_of(Path(about.lesson)) if about.lesson else [],
+        Served(Admission("127.0.0.1", port)), folder, lesson_of(Path(about.lesson)) if about.lesson else [],
         lambda: Tries(2, about.game, "planar", sealed=sealed), ClassLeague(folder, about.match),
     )  # fmt: skip
     site.start()

@@ -57,7 +57,7 @@ def test_a_step_can_be_reached(game: str, step: Step, tmp_path: Path, server: Fo
 def test_the_first_code_does_not_reach_it(game: str, step: Step, tmp_path: Path, server: ForkServer) -> None:
     folder = shipped(game)
     assert folder is not None
-    found = tried(step, first_code(folder), tmp_path, server)
+    found = tried(step, first_code(folder, "en"), tmp_path, server)
     assert found[-1]["goal"]["reached"] is None
 
 

@@ -1,6 +1,5 @@
 """`vrg class start` and `export`."""
 
-import csv
 import secrets
 import shutil
 import time
@@ -9,21 +8,20 @@ from typing import Annotated, Final
 
 import typer
 
-from vrg.bus.hosts import netloc
-from vrg.commands.options import ListenOption, TlsOption, make_console, port_at, stoppable, web_address
-from vrg.commands.page import CHECKED_EVERY, encrypted, reached_at
+from vrg.commands.options import ListenOption, TlsOption, make_console, stoppable
+from vrg.commands.page import CHECKED_EVERY
 from vrg.config.loading import match_path
 from vrg.errors import ConfigError
-from vrg.files import read_text
 from vrg.games import GAMES
 from vrg.launch.folder_lock import OWNER, owned
 from vrg.launch.fork_server import cores
 from vrg.launch.sandbox.seal import missing
 from vrg.registry import expected_one_of
-from vrg.ui.web.admission import Admission
-from vrg_class.folder import TOKEN_BYTES, About, ClassFolder, checked_name, folder_name
+from vrg_class.folder import About, ClassFolder
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import lesson_of, shipped
+from vrg_class.links import TOKEN_BYTES, NameOption, Served, served_at
+from vrg_class.roster import read_roster
 from vrg_class.server import ClassSite
 from vrg_class.tries import Tries, setup_of
 
@@ -42,11 +40,15 @@ def start(
     match: Annotated[str | None, typer.Option(help="The match of its league; the game's own one if missing.")] = None,
     lesson: Annotated[Path | None, typer.Option(help="A folder with steps of your own, such as 01-drive.md.")] = None,
     roster: Annotated[
-        Path | None, typer.Option(help="names.csv: a name and a word in each line; others cannot join.")
+        Path | None,
+        typer.Option(
+            help="names.csv: a name and a word in each line; others cannot join. It may change while the class runs."
+        ),
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Tries at a time; one for each processor if missing.")] = None,
     listen: ListenOption = None,
     tls: TlsOption = False,
+    name: NameOption = None,
     sandbox: Annotated[
         bool, typer.Option("--sandbox/--no-sandbox", help="Without it students' code can do all that you can.")
     ] = True,
@@ -58,30 +60,26 @@ def start(
     if sandbox and (lacking := missing()) is not None:
         raise ConfigError(f"{lacking}: with --no-sandbox the code of all students can do all that you can")
     with owned(folder, mode=0o700):
-        _serve(opened(folder, game, match, lesson, roster), listen, jobs or cores(), tls=tls, sandbox=sandbox)
+        place = opened(folder, game, match, lesson, roster)
+        at = served_at(place.path, listen, PORT, "the class", tls=tls, name=name)
+        _serve(place, at, listen, jobs or cores(), tls=tls, sandbox=sandbox)
 
 
-def _serve(place: ClassFolder, listen: str | None, jobs: int, *, tls: bool, sandbox: bool) -> None:
+def _serve(place: ClassFolder, at: Served, listen: str | None, jobs: int, *, tls: bool, sandbox: bool) -> None:
     about = place.about
     steps = lesson_of(Path(about.lesson)) if about.lesson else []
-    host, port = web_address(listen)
-    port = port_at(host, port, PORT, "the class")
-    page = encrypted(Admission(host=host, port=port)) if tls else None
-    site = ClassSite(
-        host, port, place, steps, lambda: Tries(jobs, about.game, "planar", sealed=sandbox),
-        ClassLeague(place, about.match), *(("", "") if page is None else (page.certificate, page.private_key)),
-    )  # fmt: skip
+    tries, league = (lambda: Tries(jobs, about.game, "planar", sealed=sandbox)), ClassLeague(place, about.match)
+    site = ClassSite(at, place, steps, tries, league)
     console = make_console()
     with stoppable() as stop:
         site.start()
-        scheme = "http" if page is None else "https"
-        for address in reached_at(host):
-            at = f"{scheme}://{netloc(address, port)}"
-            for words, link in (
-                ("students", f"{at}/#join={about.joining}"), ("projector", f"{at}/projector.html#{about.joining}"),
-                ("teacher", f"{at}/teacher.html#{about.teacher}"),
-            ):  # fmt: skip
-                console.print(f"{words:<10} {link}", soft_wrap=True, markup=False)
+        links = (
+            ("students", f"#join={about.joining}"), ("projector", f"projector.html#{about.joining}"),
+            ("teacher", f"teacher.html#{about.teacher}"),
+        )  # fmt: skip
+        at.show(links, console)
+        for problem in place.problems:
+            console.print(f"not used: {problem}", style="yellow", soft_wrap=True, markup=False)
         if listen is None:
             console.print("the class is for browsers on this computer; --listen 0.0.0.0 serves it to others")
         elif not tls:
@@ -107,11 +105,12 @@ def opened(folder: Path, game: str | None, match: str | None, lesson: Path | Non
             "--game": game in (None, about.game),
             "--match": match is None or str(match_path(match).resolve()) == about.match,
             "--lesson": lesson is None or str(lesson.resolve()) == about.lesson,
-            "--roster": roster is None or read_roster(roster) == about.roster,
         }
         if other := [option for option, same in wanted.items() if not same]:
             what = f"{', '.join(other)}: its class was made with another value, which stays"
             raise ConfigError(f"{folder}: {what}: leave it out, or choose another folder")
+        if roster is not None:
+            there.keep_about(roster=read_roster(roster), roster_file=str(roster.resolve()))
         return there
     if folder.exists() and {file.name for file in folder.iterdir()} - {OWNER}:
         raise ConfigError(f"{folder}: expected a new folder, or that of a class, found other files")
@@ -124,38 +123,12 @@ def opened(folder: Path, game: str | None, match: str | None, lesson: Path | Non
         game=game, match=str(match_path(match or usual).resolve()),
         lesson="" if own is None else str(own.resolve()), teacher=secrets.token_urlsafe(TOKEN_BYTES),
         joining=secrets.token_urlsafe(TOKEN_BYTES), roster={} if roster is None else read_roster(roster),
+        roster_file="" if roster is None else str(roster.resolve()),
     )  # fmt: skip
     if own is not None:
         lesson_of(own)
     setup_of(about.match, {})
     return ClassFolder(folder, about)
-
-
-def read_roster(path: Path) -> dict[str, str]:
-    """The word of each student by name.
-
-    Raises:
-        ConfigError: the file cannot be read, or a line of it is none of a roster.
-    """
-    try:
-        rows = [row for row in csv.reader(read_text(path).splitlines()) if any(cell.strip() for cell in row)]
-    except (OSError, ValueError, csv.Error) as error:
-        raise ConfigError(f"{path}: cannot be read: {error}") from None
-    found: dict[str, str] = {}
-    problems = []
-    for number, row in enumerate(rows, 1):
-        try:
-            name, word = (cell.strip() for cell in row)
-            if folder_name(checked_name(name)) in map(folder_name, found):
-                raise ValueError(f"there is a name much like {name} already: add a letter")
-            found[checked_name(name)] = word
-            if not word:
-                raise ValueError("expected a word behind the name, got none")
-        except ValueError as error:
-            problems.append(f"{path}:{number}: expected NAME,WORD: {error}")
-    if problems or not found:
-        raise ConfigError(problems or [f"{path}: expected a name and a word in each line, found none"])
-    return found
 
 
 def export(

@@ -56,6 +56,10 @@ class ClassLeague:
         """Take in what was handed in, once there is time."""
         self._wanted = True
 
+    def forget_names(self) -> None:
+        """Make the board anew, as names have changed or somebody has gone."""
+        self._read = (-1, -1)
+
     def rest(self, *, rests: bool) -> None:
         """Let no games begin, or let them, and look at those that were played: to be called again and again."""
         self._look()
@@ -114,16 +118,16 @@ class ClassLeague:
         self.games = len(rows)
         current = {version.label: version for version in playing(versions).values()}
         self._problems = {version.entry: version.problem for version in versions}
-        names = {student.folder: student.name for student in list(self._folder.students.values())}
+        names = {student.folder: student.name for student in self._folder.students.values()}
         found: list[dict[str, Any]] = []
         files = targets(league, versions)
         self.files = {names.get(one.entry, one.entry): Path(files[one.label]) for one in current.values()}
         for rating in ratings(list(files), rows):
             version = current.get(rating.label)
-            if version is not None:
+            if version is not None and version.entry in names:  # one who was removed is on no board
                 played = sum(rating.label in row.game.pairing.labels for row in rows)
                 found.append({
-                    "name": names.get(version.entry, version.entry), "rating": round(rating.value),
+                    "name": names[version.entry], "rating": round(rating.value),
                     "games": played,
                 })  # fmt: skip
         before = self._places

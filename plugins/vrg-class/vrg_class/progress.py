@@ -19,7 +19,8 @@ class Progress:
 
     Attributes:
         reached: the time of play at which the goal was reached, s; None as long as it is not.
-        spoiled: why it cannot be reached any more, in words; empty while it can.
+        spoiled: why it cannot be reached any more: by a `call` of the rule that must not be, or as the `time` is over;
+            empty while it can.
     """
 
     goal: Goal
@@ -51,9 +52,9 @@ class Progress:
             return
         goal = self.goal
         if goal.never and (goal.never, True) in self._calls:
-            self.spoiled = f"the referee has called {goal.never.replace('_', ' ')}"
+            self.spoiled = "call"
         elif goal.within is not None and state.total > goal.within:
-            self.spoiled = f"{goal.within:g} s are over"
+            self.spoiled = "time"
         elif all(self._holds(state)):
             self.reached = state.total
 

@@ -1,43 +1,55 @@
 """What pages of a class may ask for, with the bounds of each."""
 
-from typing import Annotated, TypeVar
+from typing import Annotated, Literal
 
-import msgspec
 from msgspec import Meta, Struct
 
 from vrg_class.folder import CODE_SIZE
 
 Name = Annotated[str, Meta(max_length=80)]
 Code = Annotated[str, Meta(max_length=CODE_SIZE)]
-T = TypeVar("T", bound=Struct)
+Number = Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
 class Join(Struct, frozen=True, forbid_unknown_fields=True):
-    """A student joins; `word` is that of the roster, if there is one."""
+    """A student joins; `word` is that of the roster, if there is one; `device` tells devices of one address apart."""
 
     name: Name
     word: Name = ""
+    device: Name = ""
 
 
 class Nothing(Struct, frozen=True):
     """A request for which it is enough who asks."""
 
 
+class Me(Struct, frozen=True, forbid_unknown_fields=True):
+    """A page wants all that it shows; `language` is what the browser prefers, such as `de-CH,en`."""
+
+    language: Annotated[str, Meta(max_length=500)] = ""
+
+
 class Save(Struct, frozen=True, forbid_unknown_fields=True):
-    """The code as it is now, which is saved, or handed in: then it takes part in the league from now on."""
-
-    code: Code
-
-
-class Try(Struct, frozen=True, forbid_unknown_fields=True):
-    """The code is tried.
+    """The code as it is now, which is saved, or handed in: then it takes part in the league from now on.
 
     Args:
-        step: the name of the step of the lesson; empty plays the match of the league.
-        against: empty for the other team of the step or of the match; the number of a former version of the own code.
+        base: the revision of the code from which it was made, as the server has told it.
+        apart: what it replaces is to be kept as a version.
     """
 
     code: Code
+    base: Name
+    apart: bool = False
+
+
+class Try(Save, frozen=True, forbid_unknown_fields=True):
+    """The code is saved and tried.
+
+    Args:
+        step: the name of the step of the lesson; empty plays the match of the league.
+        against: 0 for the other team of the step or of the match; the number of a former version of the own code.
+    """
+
     step: Name = ""
     against: Annotated[int, Meta(ge=0, le=1_000_000)] = 0
 
@@ -48,6 +60,12 @@ class Start(Struct, frozen=True, forbid_unknown_fields=True):
     step: Name = ""
 
 
+class OfVersion(Struct, frozen=True, forbid_unknown_fields=True):
+    """A former version is to be shown."""
+
+    number: Number
+
+
 class Decide(Struct, frozen=True, forbid_unknown_fields=True):
     """The teacher halts or goes on, or has a message for everybody; None leaves either as it is."""
 
@@ -55,13 +73,20 @@ class Decide(Struct, frozen=True, forbid_unknown_fields=True):
     message: Annotated[str, Meta(max_length=300)] | None = None
 
 
-def read(text: bytes, kind: type[T]) -> T:
-    """A request as it was sent.
+class OfStudent(Struct, frozen=True, forbid_unknown_fields=True):
+    """The teacher wants to see the code of a student."""
 
-    Raises:
-        ValueError: it is none.
+    student: Name
+
+
+class Change(Struct, frozen=True, forbid_unknown_fields=True):
+    """The teacher changes who is in the class.
+
+    Args:
+        act: `reset` begins anew with the first code and no step done; `revoke` gives another link.
+        student: the folder of the student; empty for `add`. name: the new one, for `add` and `rename`.
     """
-    try:
-        return msgspec.json.decode(text, type=kind)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"expected {kind.__name__}: {error}") from None
+
+    act: Literal["add", "rename", "remove", "reset", "revoke"]
+    student: Name = ""
+    name: Name = ""

@@ -1,34 +1,33 @@
-"""The page of a class: a workshop for each student, the projector, and the teacher's console."""
+"""The pages of a class: a workshop for each student, the projector, and the teacher's console."""
 
 import asyncio
 import contextlib
-import functools
-import io
+import hashlib
 import itertools
 import logging
 import time
-from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from importlib.resources import files
 from typing import Any, Final
 
 import msgspec
-import segno
 from aiohttp import WSCloseCode, WSMsgType, web
 from markdown_it import MarkdownIt
-from msgspec import Struct, structs
+from msgspec import Struct
 
 from vrg.games import GAMES
-from vrg.launch.sandbox.seal import missing
 from vrg.ui.web.admission import is_token
 from vrg.ui.web.parts import encode
-from vrg.ui.web.site import Site
 from vrg_class import requests
-from vrg_class.folder import ClassFolder, Student, checked_name
+from vrg_class.classroom import UNKNOWN, Classroom, Desk, name_of
+from vrg_class.console import Console
+from vrg_class.folder import ClassFolder, Student, revision
+from vrg_class.languages import preferred
 from vrg_class.league import ClassLeague
-from vrg_class.lesson import Step, first_code
+from vrg_class.lesson import Step, first_code, languages
+from vrg_class.links import Served
 from vrg_class.page import HELLO, Page
+from vrg_class.roster import Guesses, listed
+from vrg_class.site import DaySite, RefusalError, read
 from vrg_class.trial import FRAME
 from vrg_class.tries import Tries, Try, others_of, setup_of, teams_of
 
@@ -36,17 +35,11 @@ TABS: Final = 3
 """The pages that a student may have open; the oldest one goes."""
 HASTE: Final = 0.5
 """The real time in s between two requests of one student that cost something."""
-GUESSES: Final = 20
-"""The wrong words of a roster in a minute from one address."""
 TRY_SECONDS: Final = 90.0
 """The match time in s of a try of the match of the league."""
 LEAGUE_EVERY: Final = 20
 LEAGUE_SECONDS: Final = 4
 """The real time in s of every `LEAGUE_EVERY` s in which the league may begin games although somebody waits."""
-UNKNOWN: Final = 4001
-"""The code with which a connection is closed whose token is not known."""
-LINK_SIZE: Final = 300
-"""The number of letters of a link of which a QR code is made."""
 _LEAGUE_HEADERS: Final = {
     "Content-Security-Policy": "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; "
     "script-src 'unsafe-inline'; frame-src 'self'"
@@ -56,74 +49,50 @@ _LEAGUE_HEADERS: Final = {
 log = logging.getLogger(__name__)
 
 
-@dataclass
-class Desk:
-    """What is known of a student while the server runs.
-
-    Args:
-        step: the step of the last try, by its name. tried: the last try. pages: those that listen.
-        last: when the last request came that costs something, s of the monotonic clock.
-    """
-
-    step: str = ""
-    tried: Try | None = None
-    pages: list[Page] = field(default_factory=list)
-    last: float = 0.0
-
-
-class ClassSite(Site):
+class ClassSite(DaySite):
     """Serves the pages of a class from `start` to `stop`.
 
     Args:
-        host, port, certificate, private_key: as for `Site`. folder: of the class. lesson: its steps.
-        tries: makes the queue of tries, on the server's loop. league: of the class.
+        at: where. folder: of the class. lesson: its steps. tries: makes the queue of tries, on the server's loop.
+        league: of the class.
     """
 
     def __init__(
-        self,
-        host: str,
-        port: int,
-        folder: ClassFolder,
-        lesson: Sequence[Step],
-        tries: Callable[[], Tries],
-        league: ClassLeague,
-        certificate: str = "",
-        private_key: str = "",
+        self, at: Served, folder: ClassFolder, lesson: Sequence[Step], tries: Callable[[], Tries], league: ClassLeague
     ) -> None:
-        super().__init__(host, port, "class.html", certificate, private_key, own=files("vrg_class") / "static")
+        super().__init__(at, "class.html")
         self._folder, self._lesson, self._league = folder, {step.name: step for step in lesson}, league
         self._make_tries = tries
-        self._desks: defaultdict[str, Desk] = defaultdict(Desk)
+        self._room = Classroom(folder)
         self._markdown = MarkdownIt("commonmark", {"html": False})
-        self._message, self._halted = "", False
         self._starts: dict[str, asyncio.Future[list[str]]] = {}
-        self._guesses: Counter[tuple[str, int]] = Counter()
-        self._first = first_code(lesson[0].path.parent) if lesson else ""
+        self._guesses = Guesses()
+        self._home = lesson[0].path.parent if lesson else None
+        self._languages = languages(self._home) if self._home else frozenset[str]()
         setup = setup_of(folder.about.match, {})
         self._teams = teams_of(setup)
         self._title = GAMES.get(folder.about.game).title
         # The whole match is played for the team that the lesson ends with.
         self._team = (lesson[-1].head.team if lesson else "") or self._teams[0]
+        self._games_key = hashlib.sha256(folder.about.joining.encode()).hexdigest()[:20]
+        if self._home is not None:
+            first_code(self._home, "")
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what pages ask for."""
+        super().add_routes(router)
         self._tries = self._make_tries()
-        router.add_post("/join", self._told(self._join))
+        router.add_post("/join", self.told(self._join))
         for path, kind, answer in (
-            ("/me", requests.Nothing, self._me), ("/save", requests.Save, self._save),
+            ("/me", requests.Me, self._me), ("/save", requests.Save, self._save),
             ("/try", requests.Try, self._try), ("/hand-in", requests.Save, self._hand_in),
-            ("/start", requests.Start, self._start),
+            ("/start", requests.Start, self._start), ("/versions", requests.Nothing, self._versions),
+            ("/version", requests.OfVersion, self._version),
         ):  # fmt: skip
-            router.add_post(path, self._told(self._of_student(kind, answer)))
-        for path, act in (
-            ("/teacher", self._console),
-            ("/teacher/decide", self._decide),
-            ("/teacher/code", self._code),
-        ):
-            router.add_post(path, self._told(self._of_teacher(act)))
-        router.add_post("/board", self._told(self._board))
+            router.add_post(path, self.told(self._of_student(kind, answer)))
+        Console(self._room, self._lesson, self._tries, self._league).add_routes(router, self)
+        router.add_post("/board", self.told(self._board))
         router.add_get("/feed", self._feed)
-        router.add_get("/qr.svg", self._code_of_link)
         router.add_get(r"/league/{token}/{file:[a-z]+(?:-\d+)?\.html}", self._league_page)
         self._ticking = asyncio.get_running_loop().create_task(self._tick())
 
@@ -132,97 +101,117 @@ class ClassSite(Site):
         self._ticking.cancel()
         self._tries.close()
         await asyncio.to_thread(self._league.close)
-        for page in [page for desk in self._desks.values() for page in desk.pages]:
+        await asyncio.to_thread(self._room.disk.shutdown)
+        for page in [page for desk in self._room.desks.values() for page in desk.pages]:
             with contextlib.suppress(Exception):
                 await page.socket.close(code=WSCloseCode.GOING_AWAY)
 
     # Who asks
 
-    def _told(self, answer: Callable[[web.Request], Any]) -> Any:
-        """What answers with JSON; a ValueError is a request that cannot be granted, with the reason."""
-
-        async def handler(request: web.Request) -> web.Response:
-            if (refused := self.turned_away(request)) is not None:
-                return refused
-            try:
-                found = await answer(request)
-            except PermissionError as error:
-                return web.Response(status=401, text=str(error))
-            except ValueError as error:
-                return web.Response(status=400, text=str(error))
-            except OSError as error:
-                return web.Response(status=507, text=f"the computer of the class cannot write this: {error.strerror}")
-            return web.Response(text=encode(found), content_type="application/json")
-
-        return handler
-
     def _of_student(
         self, kind: type[Struct], answer: Callable[[Any, Student, Desk], Any]
     ) -> Callable[[web.Request], Any]:
         async def handler(request: web.Request) -> Any:
-            token, students = self.token_of(request), self._folder.students
-            if token not in students:
-                raise PermissionError("this link is not known: join again, or ask your teacher for your link")
-            wanted = requests.read(await request.read(), kind)
-            student = students[token]  # only now: what is known of a student may change until all has come
-            self.let_in(request, token)
-            return await answer(wanted, student, self._desks[student.token])
-
-        return handler
-
-    def _of_teacher(self, answer: Callable[[web.Request], Any]) -> Callable[[web.Request], Any]:
-        async def handler(request: web.Request) -> Any:
-            if not is_token(self.token_of(request), self._folder.about.teacher):
-                raise PermissionError("this needs the teacher's link")
-            self.let_in(request)
-            return await answer(request)
+            token = self.token_of(request)
+            if self._folder.of_token(token) is None:
+                raise RefusalError("unknown", 401)
+            wanted = await read(request, kind)
+            student = self._folder.of_token(token)  # what is known of a student may change until all has come
+            if student is None:
+                raise RefusalError("unknown", 401)
+            self.let_in(request, student.folder)
+            return await answer(wanted, student, self._room.desks[student.folder])
 
         return handler
 
     # Students
 
     async def _join(self, request: web.Request) -> Any:
-        about, wanted = self._folder.about, requests.read(await request.read(), requests.Join)
+        about, wanted = self._folder.about, await read(request, requests.Join)
         if not is_token(self.token_of(request), about.joining):
-            raise PermissionError("this needs the link of the class: scan it from the projector")
-        name = checked_name(wanted.name)
+            raise RefusalError("joining-link", 401)
+        name = name_of(wanted.name)
         if about.roster:
-            who = request.remote or "", int(time.monotonic() // 60)
-            if self._guesses[who] >= GUESSES:
-                raise ValueError("too many wrong words from this device: wait a minute")
-            if not is_token(wanted.word, about.roster.get(name, "")):
-                self._guesses[who] += 1
-                raise ValueError("this name and this word are not in the roster of the class")
-            student = self._folder.named(name) or self._folder.join(name)
+            if self._guesses.are_over(name, wanted.device, time.monotonic()):
+                raise RefusalError("guesses")
+            known = listed(about.roster, name, wanted.word)
+            if known is None:
+                self._guesses.add(name, wanted.device)
+                raise RefusalError("roster")
+            student = self._folder.named(known)
+            if student is None:
+                student = await self._room.write(self._room.joined, known)
         else:
-            student = self._folder.join(name)
+            student = await self._room.write(self._room.joined, name)
         self.let_in(request, "")
         return {"token": student.token, "name": student.name}
 
-    async def _me(self, _: requests.Nothing, student: Student, desk: Desk) -> Any:
-        code = self._folder.code(student) or self._first
+    async def _me(self, wanted: requests.Me, student: Student, desk: Desk) -> Any:
+        kept = await self._room.write(self._folder.code, student)
+        language = preferred(wanted.language, self._languages)
         steps = [
             {
-                "name": step.name, "title": step.head.title, "done": step.name in student.done,
-                "text": self._markdown.render(step.text), "hint": step.head.hint,
+                "name": step.name, "title": told.title, "done": step.name in student.done,
+                "text": self._markdown.render(told.text), "hint": told.hint,
             }
             for step in self._lesson.values()
+            for told in [step.told(language)]
         ]  # fmt: skip
+        first = "" if kept or self._home is None else first_code(self._home, language)
         return {
-            "name": student.name, "game": self._title, "code": code, "steps": steps, "step": desk.step,
-            "versions": student.versions, "handed": student.handed, "message": self._message, "halted": self._halted,
-            "messages": desk.tried is not None,
+            "name": student.name, "game": self._title, "code": kept or first, "revision": revision(kept),
+            "steps": steps, "step": desk.step, "versions": student.versions, "handed": student.handed,
+            "message": self._room.message, "halted": self._room.halted, "messages": desk.tried is not None,
         }  # fmt: skip
 
-    async def _save(self, wanted: requests.Save, student: Student, _desk: Desk) -> Any:
-        self._folder.save(student, wanted.code)
-        return {}
+    async def _save(self, wanted: requests.Save, student: Student, desk: Desk) -> Any:
+        return await self._take(wanted, student, desk)
+
+    async def _take(self, wanted: requests.Save, student: Student, desk: Desk, *, as_version: bool = False) -> Any:
+        """Save code, and tell the other pages of its student; what is known of it then.
+
+        Raises:
+            RefusalError: it was made from code that is not the newest one. Both are kept.
+        """
+        is_newest, found = await self._room.write(self._taken, wanted, student.folder, as_version)
+        if not is_newest:
+            raise RefusalError("stale", 409, **found)
+        desk.show(encode({"t": "saved", "code": wanted.code, "revision": found["revision"]}))
+        return found
+
+    def _taken(self, wanted: requests.Save, folder: str, as_version: bool) -> tuple[bool, dict[str, Any]]:
+        """Whether the code was made from the newest one, and what is known then; on the thread of the folder."""
+        student = self._folder.students.get(folder)
+        if student is None:
+            raise RefusalError("unknown", 401)
+        now = self._folder.code(student)
+        is_newest = wanted.code == now or wanted.base == revision(now)
+        if is_newest:
+            student = self._folder.save(student, wanted.code, apart=wanted.apart)
+            now = wanted.code
+        if as_version or not is_newest:
+            student, _ = self._folder.version(student, wanted.code)
+        return is_newest, {"code": now, "revision": revision(now), "version": student.versions}
+
+    async def _versions(self, _wanted: requests.Nothing, student: Student, _desk: Desk) -> Any:
+        found, now = await self._room.write(self._folder.versions, student), time.time()
+        return [
+            {"number": v.number, "age": round(now - v.made), "lines": v.lines, "handed": v.number == student.handed}
+            for v in found
+        ]  # fmt: skip
+
+    async def _version(self, wanted: requests.OfVersion, student: Student, _desk: Desk) -> Any:
+        file = self._folder.file(student, wanted.number)
+        if not file.is_file():
+            raise RefusalError("version", number=wanted.number)
+        return {"code": (await self._room.write(file.read_bytes)).decode("utf-8", "replace")}
 
     async def _try(self, wanted: requests.Try, student: Student, desk: Desk) -> Any:
         self._hurry(desk)
         step = self._step(wanted.step)
-        student = structs.replace(student, tries=student.tries + 1, error="", line=None)
-        student, file = self._folder.version(student, wanted.code)
+        taken = await self._take(wanted, student, desk, as_version=True)
+        file = self._folder.file(student, taken["version"])
+        await self._room.write(self._folder.change, student.folder, tries=student.tries + 1, error="", line=None)
         match = self._folder.about.match if step is None else step.match
         setup_teams = self._teams if step is None else await asyncio.to_thread(lambda: teams_of(setup_of(match, {})))
         team = self._team if step is None else step.head.team or setup_teams[0]
@@ -231,44 +220,50 @@ class ClassSite(Site):
         if wanted.against:
             former = self._folder.file(student, wanted.against)
             if not former.is_file():
-                raise ValueError(f"version {wanted.against} is not kept any more")
+                raise RefusalError("version", number=wanted.against)
             other = str(former)
         if other:
             players |= dict.fromkeys(others_of(setup_teams, team), other)
-        desk.step, token = wanted.step, student.token
+        desk.step, owner = wanted.step, student.folder
         desk.tried = Try(
-            owner=token, match=match, players=players, team=team,
+            owner=owner, match=match, players=players, team=team,
             goal=None if step is None else step.head.goal.model_dump(exclude_none=True),
             seconds=TRY_SECONDS if step is None else step.head.seconds,
-            tell=lambda text: self._hear(token, wanted.step, text),
+            tell=lambda text: self._hear(owner, wanted.step, text),
         )  # fmt: skip
-        self._show(desk, encode({"t": "begin", "step": wanted.step, "version": student.versions}))
-        return {"version": student.versions, "place": self._tries.ask(desk.tried), "halted": self._halted}
+        desk.version = taken["version"]
+        desk.show(encode({"t": "begin", "step": wanted.step, "version": desk.version}))
+        return {**taken, "place": self._tries.ask(desk.tried), "halted": self._room.halted}
 
     def _step(self, name: str) -> Step | None:
         """The step of a name; None for the empty one, which is the match of the league."""
         if name and name not in self._lesson:
-            raise ValueError(f"expected a step of the lesson, got {name!r}")
+            raise RefusalError("step")
         return self._lesson.get(name)
 
-    def _hear(self, token: str, step: str, text: str) -> None:
+    def _hear(self, folder: str, step: str, text: str) -> None:
         """Take in a message of a try, and show it to its student."""
-        student = self._folder.students[token]
-        self._show(self._desks[token], text)
+        self._room.desks[folder].show(text)
         if text.startswith('{"t":"error"'):
             fault = msgspec.json.decode(text)
-            self._folder.keep(structs.replace(student, error=str(fault.get("text", "")), line=fault.get("line")))
-        elif text.startswith('{"t":"end"'):
-            goal = msgspec.json.decode(text).get("goal") or {}
-            if goal.get("reached") is not None:
-                done = (*student.done, *([] if step in student.done else [step]))
-                self._folder.keep(structs.replace(student, done=done, since=time.time()))
+            self._room.disk.submit(
+                self._folder.change, folder, error=str(fault.get("text", "")), line=fault.get("line")
+            )
+        elif text.startswith('{"t":"end"') and (msgspec.json.decode(text).get("goal") or {}).get("reached") is not None:
+            self._room.disk.submit(self._done, folder, step)
+
+    def _done(self, folder: str, step: str) -> None:
+        """Take in that a student has reached the goal of a step; on the thread of the folder."""
+        student = self._folder.students.get(folder)
+        if student is not None:
+            done = (*student.done, *([] if step in student.done else [step]))
+            self._folder.change(folder, done=done, since=time.time())
 
     async def _start(self, wanted: requests.Start, _student: Student, _desk: Desk) -> Any:
         """The messages of the first instant of a step, which is played once for all students."""
         name = wanted.step
         step = self._step(name)
-        if name not in self._starts and self._halted:
+        if name not in self._starts and self._room.halted:
             return []
         if name not in self._starts:
             match = self._folder.about.match if step is None else step.match
@@ -285,19 +280,16 @@ class ClassSite(Site):
 
     async def _hand_in(self, wanted: requests.Save, student: Student, desk: Desk) -> Any:
         self._hurry(desk)
-        student, _ = self._folder.version(student, wanted.code, handed=True)
+        taken = await self._take(wanted, student, desk, as_version=True)
+        student = await self._room.write(lambda: self._folder.hand_in(self._folder.students[student.folder]))
         self._league.renew()
-        return {"version": student.handed}
+        return {**taken, "version": student.handed}
 
     def _hurry(self, desk: Desk) -> None:
         now = time.monotonic()
         if now - desk.last < HASTE:
-            raise ValueError("that was very quick: wait a moment")
+            raise RefusalError("haste")
         desk.last = now
-
-    def _show(self, desk: Desk, text: str) -> None:
-        for page in desk.pages:
-            page.send(text)
 
     async def _feed(self, request: web.Request) -> web.StreamResponse:
         if (refused := self.turned_away(request)) is not None:
@@ -309,18 +301,18 @@ class ClassSite(Site):
         except TimeoutError:
             await socket.close()
             return socket
-        student = self._folder.students.get(hello.data) if hello.type is WSMsgType.TEXT else None
+        student = self._folder.of_token(hello.data) if hello.type is WSMsgType.TEXT else None
         if student is None:
             await socket.close(code=UNKNOWN, message=b"this link is not known")
             return socket
         self.let_in(request)
-        desk, page = self._desks[student.token], Page(socket)
+        desk, page = self._room.desks[student.folder], Page(socket)
         desk.pages.append(page)
         while len(desk.pages) > TABS:
             await desk.pages.pop(0).socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"too many pages")
-        page.send(encode({"t": "news", "message": self._message, "halted": self._halted}))
+        page.send(self._room.news)
         if desk.tried is not None:  # what a closed page has missed
-            page.send(encode({"t": "begin", "step": desk.step, "version": student.versions}))
+            page.send(encode({"t": "begin", "step": desk.step, "version": desk.version}))
             for text in desk.tried.messages:
                 page.send(text)
         sending = asyncio.get_running_loop().create_task(page.serve())
@@ -336,29 +328,23 @@ class ClassSite(Site):
 
     # The projector and the teacher
 
-    async def _code_of_link(self, request: web.Request) -> web.Response:
-        """A QR code of a text."""
-        if (refused := self.turned_away(request)) is not None:
-            return refused
-        code = await asyncio.to_thread(_qr, request.query.get("text", "")[:LINK_SIZE])
-        return web.Response(body=code, content_type="image/svg+xml")
-
     async def _board(self, request: web.Request) -> Any:
         token, about, students = self.token_of(request), self._folder.about, self._folder.students
-        student = students.get(token)
+        student = self._folder.of_token(token)
         if student is None and not is_token(token, about.joining):
-            raise PermissionError("this needs the link of the class")
-        self.let_in(request, "" if student is None else token)
+            raise RefusalError("joining-link", 401)
+        self.let_in(request, "" if student is None else student.folder)
         return {
-            "game": self._title, "rows": self._league.board, "games": self._league.games, "message": self._message,
-            "halted": self._halted, "students": len(students), "done": sum(len(one.done) for one in students.values()),
-            "pages": f"league/{about.joining}/index.html" if self._league.games else "",
+            "game": self._title, "rows": self._league.board, "games": self._league.games,
+            "message": self._room.message, "halted": self._room.halted,
+            "students": len(students), "done": sum(len(one.done) for one in students.values()),
+            "pages": f"league/{self._games_key}/index.html" if self._league.games else "",
             "problem": self._league.problem(student) if student is not None else "",
         }  # fmt: skip
 
     async def _league_page(self, request: web.Request) -> web.Response:
-        """A page of the league. The token is in its address, so that its links lead to others."""
-        if not is_token(request.match_info["token"], self._folder.about.joining):
+        """A page of the league. A token that opens nothing else is in its address, so that its links lead to others."""
+        if not is_token(request.match_info["token"], self._games_key):
             raise web.HTTPNotFound
         self.let_in(request, "")
         try:
@@ -367,56 +353,16 @@ class ClassSite(Site):
             raise web.HTTPNotFound from None
         return web.Response(body=body, content_type="text/html", charset="utf-8", headers=_LEAGUE_HEADERS)
 
-    async def _console(self, _request: web.Request) -> Any:
-        found = [
-            {
-                "name": student.name, "here": bool(self._desks[student.token].pages), "done": len(student.done),
-                "step": next((name for name in self._lesson if name not in student.done), ""),
-                "stuck": round(time.time() - student.since),
-                "tries": student.tries, "error": student.error, "line": student.line, "handed": student.handed,
-                "link": student.token,
-            }
-            for student in self._folder.students.values()
-        ]  # fmt: skip
-        return {
-            "students": found, "message": self._message, "halted": self._halted, "busy": self._tries.busy,
-            "jobs": self._tries.jobs, "sealed": self._tries.sealed, "lacking": missing() or "",
-            "lesson": len(self._lesson),
-        }  # fmt: skip
-
-    async def _code(self, request: web.Request) -> Any:
-        student = self._folder.named(requests.read(await request.read(), requests.Join).name)
-        if student is None:
-            raise ValueError("there is no such student")
-        return {"code": self._folder.code(student)}
-
-    async def _decide(self, request: web.Request) -> Any:
-        wanted = requests.read(await request.read(), requests.Decide)
-        if wanted.halted is not None:
-            self._halted = wanted.halted
-            self._tries.halt(halted=wanted.halted)
-        if wanted.message is not None:
-            self._message = wanted.message
-        news = encode({"t": "news", "message": self._message, "halted": self._halted})
-        for desk in self._desks.values():
-            self._show(desk, news)
-        return {}
-
     async def _tick(self) -> None:
-        """Let the league play while no student waits, and now and then although one does."""
+        """Let the league play while no student waits, and now and then although one does; and look at the disk."""
         for second in itertools.count():
             await asyncio.sleep(1.0)
-            self._guesses = Counter({who: n for who, n in self._guesses.items() if who[1] >= time.monotonic() // 60})
             busy = self._tries.busy > 0 and second % LEAGUE_EVERY >= LEAGUE_SECONDS
             try:
-                await asyncio.to_thread(self._league.rest, rests=busy or self._halted)
+                await asyncio.to_thread(self._league.rest, rests=busy or self._room.halted)
             except Exception:  # the class goes on without its league
                 log.exception("the league cannot go on")
-
-
-@functools.lru_cache(maxsize=256)
-def _qr(text: str) -> bytes:
-    """The picture of a text that telephones read, as SVG."""
-    found = io.BytesIO()
-    segno.make(text or "-", error="m").save(found, kind="svg", scale=8, border=2, dark="#000", light="#fff")
-    return found.getvalue()
+            try:
+                await self._room.write(self._room.look_at_disk)
+            except OSError as error:
+                log.warning("what is known of students cannot be written yet: %s", error)

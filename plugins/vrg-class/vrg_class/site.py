@@ -104,6 +104,6 @@ async def read(request: web.Request, kind: type[T]) -> T:
 def _picture(text: str) -> str:
     found = io.BytesIO()
     segno.make(text or "-", error="m").save(
-        found, kind="svg", scale=8, border=2, dark="#000", light="#fff", xmldecl=False, svgns=True
+        found, kind="svg", scale=8, border=2, dark="#000", light="#fff", xmldecl=False, svgns=True, omitsize=True
     )
     return found.getvalue().decode()

@@ -42,7 +42,7 @@ from vrg.playing.apart import Strategies, SubprocessStrategy
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.web import parts
-from vrg_class.faults import Fault, fault_of
+from vrg_class.faults import ENDLESS, Fault, fault_of
 from vrg_class.folder import CODE
 from vrg_class.lesson import Goal
 from vrg_class.progress import Progress
@@ -269,12 +269,14 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
         faults += [fault_of(failure.text, CODE) for failure in ending.failures if failure.player in reporter.own]
         winner, score, ended = ending.state.winner, dict(ending.state.score), ending.state.ended or ""
     if dog.hung.is_set():
-        words = f"this does not come to an end: act may take {PATIENCE:g} seconds"
-        faults = [Fault(text=words, line=dog.line, hint="Does a loop ever stop?")]
+        faults = [Fault(text=f"act took more than {PATIENCE:g} s", line=dog.line, kind=ENDLESS)]
     for fault in faults[:5]:
         send(parts.encode({"t": "error", **msgspec.to_builtins(fault)}))
     progress = reporter.progress
-    found = None if progress is None else {"reached": progress.reached, "spoiled": progress.spoiled}
+    found = None if progress is None else {
+        "reached": progress.reached, "spoiled": progress.spoiled, "rule": progress.goal.never,
+        "within": progress.goal.within,
+    }  # fmt: skip
     send(parts.encode({"t": "end", "ended": ended, "winner": winner, "score": score, "goal": found}))
 
 

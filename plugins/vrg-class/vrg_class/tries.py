@@ -156,7 +156,7 @@ class Tries:
             loop.call_soon(one.add, ended(""))
         except Exception:  # one try that fails must not keep others from being played
             log.exception("a try has failed")
-            loop.call_soon(one.add, ended("the try failed"))
+            loop.call_soon(one.add, ended("failed"))
         finally:
             self._running.discard(one)
             self._go_on()
@@ -197,8 +197,7 @@ class Tries:
         finally:
             self._kill(child)
         if not complete:
-            why = "the try took too long"
-            add(ended(f"{why}: others wait, so {FAIR:g} seconds are the most" if one.slow else why))
+            add(ended("slow" if one.slow else "long"))
 
     def _kill(self, child: Child) -> None:
         with self._turn:
@@ -206,9 +205,14 @@ class Tries:
             child.wait(1.0)
 
 
-def ended(words: str) -> str:
-    """The last message of a try that did not come to an end of its own."""
-    return encode({"t": "end", "ended": words, "winner": None, "score": {}, "goal": None})
+def ended(why: str) -> str:
+    """The last message of a try that did not come to an end of its own.
+
+    Args:
+        why: it has `failed`, took too `long`, or was too `slow` while others waited; empty where an error says it.
+    """
+    found = {"ended": "", "why": why, "most": FAIR if why == "slow" else LONGEST}
+    return encode({"t": "end", "winner": None, "score": {}, "goal": None, **found})
 
 
 def setup_of(match: str, players: dict[str, str]) -> CheckedMatch:

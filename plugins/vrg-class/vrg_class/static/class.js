@@ -2,14 +2,17 @@
 import { Board } from "./class_board.js";
 import { Editor } from "./class_editor.js";
 import { forgetOwn, ownLink, ownToken, readAddress, showJoining } from "./class_join.js";
-import { Keeper } from "./class_keeper.js";
+import { Keeper, sendLeft } from "./class_keeper.js";
 import { Lesson } from "./class_lesson.js";
 import { byId, copy, notice, signButton, tell } from "./class_page.js";
 import { Player } from "./class_player.js";
-import { ask, Feed, UNKNOWN } from "./class_server.js";
+import { ask, CHANGED, Feed, UNKNOWN } from "./class_server.js";
+import { oddSign } from "./class_signs.js";
 import { Output, Values } from "./class_told.js";
-import { outcome, Recording } from "./class_try.js";
-import { WORDS } from "./class_words.js";
+import { fault, outcome, Recording } from "./class_try.js";
+import { askWhich, listVersions } from "./class_versions.js";
+import { isLacking, keep, kept } from "./day_storage.js";
+import { fill, value, words } from "./day_words.js";
 import { Field } from "./field.js";
 import { Match } from "./match.js";
 import { say } from "./panel.js";
@@ -17,6 +20,7 @@ import { say } from "./panel.js";
 const BOARD_EVERY = 5000;
 const KEYS = [["indent", "⇥"], ["outdent", "⇤"], ["(", "("], [")", ")"], [":", ":"], [".", "."], ["_", "_"], ["=", "="], ['"', '"'], ["undo", "↶"]];
 const { body } = document;
+fill();
 
 const match = new Match();
 const field = new Field(byId("field"), byId("ground"));
@@ -25,7 +29,7 @@ const editor = new Editor(byId("editor"), () => me && keeper.changed(), () => tr
 const output = new Output(byId("output"), goTo);
 const values = new Values(byId("view"), (text) => {
   editor.insert(text);
-  notice(WORDS.inserted(text));
+  notice(words("student.inserted", { text }));
 });
 let me = null, token = "", keeper = null, lesson = null, feed = null, board = null;
 /** A try was asked for here, and has not begun; what the class has to say; the last try has been told to its end. */
@@ -38,9 +42,11 @@ async function enter() {
   if (!token) return showJoining("", enter);
   try {
     me = null;
-    begin(await ask("me", token));
+    const stale = await sendLeft(token);
+    begin(await ask("me", token, { language: navigator.languages.join(",") }));
+    if (stale) keeper.isStale(stale.here, stale.there);
   } catch (refusal) {
-    if (refusal.status === 401) return showJoining(WORDS.unknown, enter);
+    if (refusal.status === 401) return showJoining(refusal.message, enter);
     body.dataset.screen = "wait";
     notice(refusal.message);
     setTimeout(enter, 3000);
@@ -53,17 +59,16 @@ function begin(found) {
   document.title = `${found.name} · VRG`;
   byId("own-link").value = ownLink();
   keeper?.stop();
-  keeper = new Keeper(token, () => editor.code, (words) => say("saved", words));
-  editor.code = keeper.newest(found.code);
+  editor.code = found.code;
+  keeper = new Keeper(token, found.revision, () => editor.code, (text) => say("saved", text), which);
   me = found;
-  keeper.saved(found.code);
-  keeper.save();
-  const kept = `vrg-class-step-${token}`;
+  say("saved", words("student.saved"));
+  const place = `vrg-class-step-${token}`;
   lesson = new Lesson(found.steps, (name) => {
-    localStorage.setItem(kept, name);
+    keep(place, name);
     showStart(name);
   });
-  lesson.open(lesson.first(localStorage.getItem(kept) ?? (found.messages ? found.step : null)));
+  lesson.open(lesson.first(kept(place) ?? (found.messages ? found.step : null)));
   byId("board").replaceChildren();
   board = new Board(byId("board"), found.name);
   showVersion();
@@ -71,6 +76,32 @@ function begin(found) {
   body.dataset.screen = "work";
   feed?.stop();
   feed = new Feed(token, take, showLink);
+  if (isLacking()) notice(words("student.unkept"));
+}
+
+/** The class has newer code: ask with which one to go on. What is not chosen stays as a version. */
+function which(here, there) {
+  askWhich(here, there.code, async (isHere) => {
+    keeper.chosen(there.revision);
+    if (!isHere) {
+      editor.replace(there.code);
+      return keeper.saved(there.code, there.revision);
+    }
+    if (editor.code !== here && editor.code === there.code) editor.replace(here);
+    await keeper.send("save", { apart: true }).catch((refusal) => notice(refusal.message));
+  });
+}
+
+/** Take former code back. What stands here is kept as a version. */
+async function takeBack(code, number) {
+  editor.replace(code);
+  try {
+    await keeper.send("save", { apart: true });
+    notice(words("student.tookBack", { number }));
+    listVersions(token, takeBack);
+  } catch (refusal) {
+    notice(refusal.message);
+  }
 }
 
 function leave() {
@@ -82,18 +113,20 @@ function leave() {
 }
 
 function showLink({ open, refused }) {
-  tell("lost", open ? "" : refused === UNKNOWN ? WORDS.unknown : refused ? WORDS.crowded : WORDS.offline);
+  if (refused === CHANGED) return void enter();
+  const offline = isLacking() ? "student.offlineUnkept" : "student.offline";
+  tell("lost", open ? "" : words(refused === UNKNOWN ? "refused.unknown" : refused ? "student.crowded" : offline));
   if (open) keeper.save();
 }
 
 /** Take in what the teacher says to all. */
 function hear({ message, halted }) {
   news = { message, halted };
-  tell("news", [message, halted && WORDS.halted].filter(Boolean).join(" · "));
+  tell("news", [message, halted && words("student.halted")].filter(Boolean).join(" · "));
 }
 
 function showVersion() {
-  say("version", me.handed ? WORDS.handed(me.handed) : WORDS.notHanded);
+  say("version", words(me.handed ? "student.handed" : "student.notHanded", { version: me.handed }));
   byId("number").max = Math.max(1, me.versions);
   byId("number").value ||= Math.max(1, me.versions - 1);
 }
@@ -102,14 +135,12 @@ function showVersion() {
 
 async function tryIt() {
   if (!me) return;
-  const code = editor.code;
   asked = true;
   showTab("field", false);
-  result(WORDS.asking, "busy");
+  result(words("student.asking"), "busy");
   try {
-    const { version, place, halted } = await ask("try", token, { code, step: lesson.name, against: lesson.against });
+    const { version, place, halted } = await keeper.send("try", { step: lesson.name, against: lesson.against });
     me.versions = version;
-    keeper.saved(code);
     if (place && !player.recording.begun) player.recording.place = place;
     hear({ ...news, halted });
     showVersion();
@@ -121,13 +152,11 @@ async function tryIt() {
 }
 
 async function handIn() {
-  const code = editor.code;
   try {
-    me.handed = (await ask("hand-in", token, { code })).version;
+    me.handed = (await keeper.send("hand-in")).version;
     me.versions = Math.max(me.versions, me.handed);
-    keeper.saved(code);
     showVersion();
-    notice(WORDS.handedNow(me.handed));
+    notice(words("student.handedNow", { version: me.handed }));
     showBoard();
   } catch (refusal) {
     notice(refusal.message);
@@ -144,7 +173,7 @@ function load(recording, quiet) {
   values.own([]);
   editor.mark(null);
   told = quiet;
-  if (quiet) result(recording.version ? WORDS.watch : WORDS.notStarted);
+  if (quiet) result(words(recording.version ? "student.watch" : "student.notStarted"));
 }
 
 /** Show the field and the robots as a step begins, until it is tried. */
@@ -160,6 +189,7 @@ async function showStart(name) {
 function take(message) {
   const { recording } = player;
   if (message.t === "news") return hear(message);
+  if (message.t === "saved") return follow(message);
   if (message.t === "begin") {
     const { step, version } = message, { time, playing } = player, shown = step === lesson.name;
     // After a reconnection the last try comes again, and goes on where it was.
@@ -172,8 +202,23 @@ function take(message) {
   if (recording.version) accept(message); // or else it is of another step than the one that is open
 }
 
+/** Another page of this student has saved: show the same code, unless something was typed here meanwhile. */
+function follow({ code, revision }) {
+  if (keeper.unsaved || keeper.base === revision) return;
+  if (editor.code !== code) editor.follow(code);
+  keeper.saved(code, revision);
+}
+
+/** An error with words for a beginner, in the language of the page. */
+function explained(message) {
+  const sign = message.kind === "SyntaxError" ? oddSign(editor.textOf(message.line)) : null;
+  const kind = sign?.kind ?? message.kind, text = value(`faults.${kind}`) ? words(`faults.${kind}`, sign ?? {}) : message.text;
+  return { ...message, text, column: sign?.column, hint: sign ? "" : value(`hints.${kind}`) ?? "" };
+}
+
 /** Take in a message of what is shown. */
 function accept(message) {
+  if (message.t === "error") message = explained(message);
   const { recording } = player, own = recording.about?.own ?? [];
   recording.take(message);
   output.take(message, own);
@@ -195,19 +240,19 @@ function showEnd() {
   const { recording } = player, { step, end } = recording, reached = Boolean(end.goal?.reached != null);
   if (!told || reached) lesson.ended(step, reached);
   told = true;
-  const { words, kind, line } = outcome(recording), { name, title } = lesson.next;
-  if (line) return showFault(words, line);
-  if (!reached) return result(words, kind);
-  result(words, kind, WORDS.next(title), () => {
+  const { words: text, kind, line } = outcome(recording), { name, title } = lesson.next;
+  if (line) return showFault(text, line);
+  if (!reached) return result(text, kind);
+  result(text, kind, words("student.nextStep", { title }), () => {
     lesson.open(name);
     showTab("step");
   });
 }
 
-const showFault = (words, line) => result(words, "bad", line ? WORDS.seeCode : "", () => goTo(null, line));
+const showFault = (text, line) => result(text, "bad", line ? words("student.seeCode") : "", () => goTo(null, line));
 
-function result(words, kind = "", button = "", act = null) {
-  say("result-words", words);
+function result(text, kind = "", button = "", act = null) {
+  say("result-words", text);
   tell("result-act", button);
   byId("result-act").onclick = act;
   if (byId("result").dataset.kind !== kind) byId("result").dataset.kind = kind;
@@ -230,6 +275,7 @@ function showTold(name) {
     byId(tab.dataset.told).hidden = tab.dataset.told !== name;
   }
   showBoard();
+  if (name === "more" && me) listVersions(token, takeBack);
 }
 
 async function showBoard() {
@@ -252,13 +298,13 @@ function draw(now) {
   const { recording } = player, time = player.tick(now);
   if (!told && recording.version) {
     const { errors, begun, place } = recording;
-    const waits = news.halted ? WORDS.halted : place ? WORDS.queue(place) : WORDS.asking;
-    if (errors.length) showFault(WORDS.error(errors[0]), errors[0].line);
-    else result(begun ? WORDS.playing : waits, "busy");
+    const waits = words(`student.${news.halted ? "halted" : place === 1 ? "next" : place ? "queue" : "asking"}`, { place });
+    if (errors.length) showFault(fault(errors[0]), errors[0].line);
+    else result(begun ? words("student.playing") : waits, "busy");
   }
   if (recording.begun) for (const message of recording.at(time, 1)) match.take(message, now / 1000);
   field.draw(match, now / 1000, values.player);
-  tell("idle", recording.begun || !told ? "" : WORDS.idle);
+  tell("idle", recording.begun || !told ? "" : words("student.idle"));
   output.show(time);
   if (body.dataset.told === "view") values.show(recording.viewAt(values.player, time));
 }
@@ -269,7 +315,6 @@ byId("try").addEventListener("click", tryIt);
 byId("hand-in").addEventListener("click", handIn);
 byId("leave").addEventListener("click", leave);
 byId("copy").addEventListener("click", () => copy(byId("own-link")));
-byId("field").ariaLabel = WORDS.field;
 byId("field").addEventListener("click", ({ offsetX, offsetY }) => {
   const name = field.robotAt(offsetX, offsetY);
   if (!player.recording.about?.own.includes(name)) return;
@@ -278,8 +323,8 @@ byId("field").addEventListener("click", ({ offsetX, offsetY }) => {
 });
 byId("tabs").addEventListener("click", ({ target }) => target.dataset.told && showTold(target.dataset.told));
 byId("bar").addEventListener("click", ({ target }) => target.dataset.tab && showTab(target.dataset.tab));
-byId("keys").append(...KEYS.map(([key, words]) => {
-  const button = signButton(words, key, () => editor.press(key));
+byId("keys").append(...KEYS.map(([key, sign]) => {
+  const button = signButton(sign, key, () => editor.press(key));
   button.addEventListener("pointerdown", (event) => event.preventDefault()); // the keyboard stays
   return button;
 }));
@@ -300,7 +345,7 @@ window.visualViewport?.addEventListener("resize", ({ target: { height, scale } }
 setInterval(showBoard, BOARD_EVERY);
 
 // For tests, and for whoever wants to know.
-window.vrg = { match, field, player, editor, values };
+window.vrg = { match, field, player, editor, values, get keeper() { return keeper; } };
 readAddress();
 showTab("step");
 showTold("output");

@@ -1,19 +1,19 @@
 // The leaderboard, for the workshop and for the projector.
-import { WORDS } from "./class_words.js";
+import { words } from "./day_words.js";
 import { make } from "./panel.js";
 
-const HEAD = ["place", "name", "rating", "games"];
+const HEAD = ["place", "player", "rating", "games"];
 
 export class Board {
   /** Stand within an element; the row of `own` is marked. */
   constructor(parent, own = "") {
     Object.assign(this, { own, shown: "" });
-    const head = make("tr", "", "", ...HEAD.map((name) => make("th", name, WORDS.board[name])));
+    const head = make("tr", "", "", ...HEAD.map((name) => make("th", name === "player" ? "name" : name, words(`student.${name}`))));
     this.body = make("tbody");
     this.table = make("table", "board", "", make("thead", "", "", head), this.body);
-    this.none = make("p", "nothing", WORDS.noBoard);
+    this.none = make("p", "nothing", words("student.noBoard"));
     this.problem = make("p", "problem");
-    this.link = Object.assign(make("a", "games", WORDS.watchGames), { target: "_blank", rel: "noopener" });
+    this.link = Object.assign(make("a", "games", words("student.watchGames")), { target: "_blank", rel: "noopener" });
     parent.append(this.problem, this.none, this.table, this.link);
     this.show([], "", "");
   }
@@ -22,7 +22,7 @@ export class Board {
   show(rows, pages, problem = "") {
     this.link.href = pages;
     this.link.hidden = !pages;
-    this.problem.textContent = problem && WORDS.playsNot(problem);
+    this.problem.textContent = problem && words("student.playsNot", { why: problem });
     this.problem.hidden = !problem;
     const text = JSON.stringify(rows);
     if (text === this.shown) return;
@@ -31,11 +31,11 @@ export class Board {
     this.table.hidden = !rows.length;
     this.table.style.setProperty("--rows", rows.length + 1);
     this.body.replaceChildren(...rows.map((row, index) => {
-      const climbed = make("span", row.climbed > 0 ? "up" : "down", WORDS.climbed(row.climbed ?? 0));
-      climbed.title = WORDS.climbedTitle(row.climbed ?? 0);
+      const rise = row.climbed ?? 0, n = Math.abs(rise), climbed = make("span", rise > 0 ? "up" : "down", rise ? `${rise > 0 ? "▲" : "▼"} ${n}` : "");
+      climbed.title = rise ? words(rise > 0 ? "student.climbed" : "student.fell", { n }) : "";
       const name = make("td", "name", row.name, climbed);
       const line = make("tr", row.name === this.own ? "own" : "", "", make("td", "place", row.rating === null ? "" : String(index + 1)), name);
-      line.append(...["rating", "games"].map((key) => make("td", key, row[key] === null ? WORDS.waits : String(row[key]))));
+      line.append(...["rating", "games"].map((key) => make("td", key, row[key] === null ? words("student.waits") : String(row[key]))));
       if (row.name === this.own) line.ariaCurrent = "true";
       return line;
     }));

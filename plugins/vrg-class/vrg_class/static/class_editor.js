@@ -1,9 +1,11 @@
 // The editor of the code: CodeMirror with Python, and a mark at the line of an error.
 import * as cm from "./codemirror.js";
-import { OFFERS, WORDS } from "./class_words.js";
+import { value, words } from "./day_words.js";
 
+/** What is offered after a name and a dot, or where a word begins: by the name, what each is. */
+const OFFERS = value("offers") ?? {};
 const setFault = cm.StateEffect.define();
-const marked = cm.Decoration.line({ class: "cm-faulty" });
+const marked = cm.Decoration.line({ class: "cm-faulty" }), odd = cm.Decoration.mark({ class: "cm-odd" });
 
 /** The message below the line of an error. */
 class Message extends cm.WidgetType {
@@ -42,7 +44,8 @@ const faults = cm.StateField.define({
       const fault = effect.value;
       if (!fault || fault.line > state.doc.lines) return cm.Decoration.none;
       const line = state.doc.line(fault.line), widget = new Message(fault.text, fault.hint);
-      value = cm.Decoration.set([marked.range(line.from), cm.Decoration.widget({ widget, block: true, side: 1 }).range(line.to)]);
+      const sign = fault.column ? [odd.range(line.from + fault.column - 1, line.from + fault.column)] : [];
+      value = cm.Decoration.set([marked.range(line.from), ...sign, cm.Decoration.widget({ widget, block: true, side: 1 }).range(line.to)]);
     }
     return value;
   },
@@ -54,7 +57,7 @@ function offers(context) {
   const word = context.matchBefore(/[\w.]*/), dot = word.text.lastIndexOf("."), owner = word.text.slice(0, Math.max(0, dot));
   const found = OFFERS[owner];
   if (!found || (dot < 0 && word.text.length < 2 && !context.explicit)) return null;
-  const options = found.map(([label, detail], index) => ({ label, detail, boost: found.length - index }));
+  const options = Object.entries(found).map(([label, detail], index) => ({ label, detail, boost: -index }));
   return { from: word.from + dot + 1, options, validFor: /^\w*$/ };
 }
 
@@ -81,6 +84,7 @@ const theme = cm.EditorView.theme({
   "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": { background: "#2f5f8f" },
   ".cm-matchingBracket": { backgroundColor: "#3d5a80 !important" },
   ".cm-faulty, .cm-faulty.cm-activeLine": { backgroundColor: "#c4202640", boxShadow: "inset 3px 0 var(--warning)" },
+  ".cm-odd": { backgroundColor: "var(--caution)", color: "var(--ink)", outline: "2px solid var(--caution)" },
   ".cm-fault": { padding: ".2em .7em .3em", color: "#ffb3a7", backgroundColor: "#c4202626", fontFamily: "system-ui, sans-serif", boxShadow: "inset 3px 0 var(--warning)", whiteSpace: "pre-wrap" },
   ".cm-fault div": { color: "var(--text)", fontSize: ".93em" },
   ".cm-panels, .cm-tooltip": { backgroundColor: "var(--raised)", color: "var(--text)", border: "1px solid var(--line)" },
@@ -104,7 +108,7 @@ export class Editor {
       cm.keymap.of([...cm.closeBracketsKeymap, ...cm.defaultKeymap, ...cm.searchKeymap, ...cm.historyKeymap, ...cm.completionKeymap, cm.indentWithTab]),
       cm.EditorView.lineWrapping, cm.python(), cm.pythonLanguage.data.of({ autocomplete: offers }), cm.indentUnit.of("    "), cm.EditorState.tabSize.of(4),
       cm.syntaxHighlighting(colours), theme, faults,
-      cm.EditorView.contentAttributes.of({ "aria-label": WORDS.editor, autocapitalize: "off", autocorrect: "off" }),
+      cm.EditorView.contentAttributes.of({ "aria-label": words("student.editor"), autocapitalize: "off", autocorrect: "off" }),
       cm.EditorView.updateListener.of((update) => update.docChanged && !this.loading && onChange()),
     ];
     this.view = new cm.EditorView({ parent: root, root, state: this.stateOf("") });
@@ -124,14 +128,35 @@ export class Editor {
     return doc.lineAt(selection.main.head).number;
   }
 
-  /** Show other code; there is no way back to what stood here. */
+  /** Show other code, as it is at first; there is no way back to what stood here. */
   set code(text) {
     this.loading = true;
     this.view.setState(this.stateOf(text));
     this.loading = false;
   }
 
-  /** Mark the line of an error {line, text, hint}; null takes the mark away. */
+  /** Put other code in place of what stands here, as if it had been typed: it can be undone. */
+  replace(text) {
+    const { length } = this.view.state.doc;
+    this.view.dispatch({ changes: { from: 0, to: length, insert: text } });
+  }
+
+  /** Follow code that was changed elsewhere; the cursor stays where it can. */
+  follow(text) {
+    const { head } = this.view.state.selection.main;
+    this.loading = true;
+    this.replace(text);
+    this.view.dispatch({ selection: { anchor: Math.min(head, text.length) } });
+    this.loading = false;
+  }
+
+  /** The text of a line, from 1; empty if there is none. */
+  textOf(number) {
+    const { doc } = this.view.state;
+    return number >= 1 && number <= doc.lines ? doc.line(number).text : "";
+  }
+
+  /** Mark the line of an error {line, text, hint, column}, the column where one is known; null takes the mark away. */
   mark(fault) {
     this.view.dispatch({ effects: setFault.of(fault) });
   }

@@ -1,39 +1,51 @@
 // Who a student is: the token in the address or kept by the browser, and joining.
 import { byId, tell } from "./class_page.js";
 import { ask, takeHash } from "./class_server.js";
-import { WORDS } from "./class_words.js";
+import { drop, keep, kept } from "./day_storage.js";
+import { words } from "./day_words.js";
 
-const OWN = "vrg-class-student", JOINING = "vrg-class-joining";
+const OWN = "vrg-class-student", JOINING = "vrg-class-joining", DEVICE = "vrg-class-device";
 
-/** Read the address, and keep what it has for a reload. */
+/** Read the address, and keep what it has for a reload; a browser that keeps nothing has it in the address. */
 export function readAddress() {
   const hash = takeHash();
-  if (hash.startsWith("join=")) localStorage.setItem(JOINING, hash.slice(5));
-  else if (hash) localStorage.setItem(OWN, hash);
+  if (hash && !(hash.startsWith("join=") ? keep(JOINING, hash.slice(5)) : keep(OWN, hash))) history.replaceState(null, "", `#${hash}`);
 }
 
-export const ownToken = () => localStorage.getItem(OWN) ?? "";
-export const forgetOwn = () => localStorage.removeItem(OWN);
+/** Keep who a student is. */
+function keepOwn(token) {
+  if (!keep(OWN, token)) history.replaceState(null, "", `#${token}`);
+}
+
+export const ownToken = () => kept(OWN) ?? "";
+export const forgetOwn = () => drop(OWN);
 export const ownLink = () => `${location.origin}/#${ownToken()}`;
+
+/** What tells this device from others of the same school. */
+function device() {
+  const found = kept(DEVICE) ?? Math.random().toString(36).slice(2);
+  keep(DEVICE, found);
+  return found;
+}
 
 /** Show where one joins, with a problem if there is one; `onJoined()` is called once the token is kept. */
 export function showJoining(problem, onJoined) {
-  const joining = localStorage.getItem(JOINING), form = document.querySelector("#join form");
+  const joining = kept(JOINING), form = document.querySelector("#join form");
   document.body.dataset.screen = "join";
   form.querySelectorAll("input, button").forEach((element) => (element.disabled = !joining));
-  tell("join-problem", problem || (joining ? "" : WORDS.noLink));
+  tell("join-problem", problem || (joining ? "" : words("student.noLink")));
   byId("name").focus();
   form.onsubmit = async (event) => {
     event.preventDefault();
     byId("join-button").disabled = true;
     try {
-      const { token } = await ask("join", joining, { name: byId("name").value, word: byId("word").value.trim() });
-      localStorage.setItem(OWN, token);
+      const { token } = await ask("join", joining, { name: byId("name").value, word: byId("word").value.trim(), device: device() });
+      keepOwn(token);
       tell("join-problem", "");
       onJoined();
     } catch (refusal) {
       tell("join-problem", refusal.message);
-      byId(/word/.test(refusal.message) ? "word" : "name").focus();
+      byId(["roster", "guesses"].includes(refusal.why) ? "word" : "name").focus();
     } finally {
       byId("join-button").disabled = false;
     }

@@ -1,7 +1,7 @@
 // The steps of the lesson: which one is open, what is done, and the hint.
 import { byId } from "./class_page.js";
-import { WORDS } from "./class_words.js";
-import { make, say } from "./panel.js";
+import { words } from "./day_words.js";
+import { make } from "./panel.js";
 
 /** The tries without success after which the hint is shown by itself. */
 const FAILED = 3;
@@ -10,7 +10,6 @@ export class Lesson {
   /** `steps` as the server has them; `onOpen(name)` is called when one is opened, the empty name is free play. */
   constructor(steps, onOpen) {
     Object.assign(this, { steps, onOpen, name: "", failures: {} });
-    say("show-hint", WORDS.hint);
     byId("show-hint").onclick = () => this.showHint(true);
     byId("opponent").onchange = () => (byId("former").hidden = byId("opponent").value === "0");
     byId("steps").onclick = ({ target }) => target.dataset.name !== undefined && this.open(target.dataset.name);
@@ -29,7 +28,7 @@ export class Lesson {
   /** The step behind the one that is open; free play behind the last one. */
   get next() {
     const index = this.steps.indexOf(this.step);
-    return this.steps[index + 1] ?? { name: "", title: WORDS.free };
+    return this.steps[index + 1] ?? { name: "", title: words("student.free") };
   }
 
   /** The number of the version to play against; 0 for the built-in team. */
@@ -40,10 +39,10 @@ export class Lesson {
   open(name) {
     this.name = name;
     const { step, steps } = this, number = steps.indexOf(step) + 1;
-    byId("step-title").replaceChildren(...(step ? [make("small", "", WORDS.stepOf(number, steps.length)), step.title] : [WORDS.freeNoun]));
+    byId("step-title").replaceChildren(...(step ? [make("small", "", words("student.stepOf", { number, count: steps.length })), step.title] : [words("student.freeNoun")]));
     // The server renders it, and leaves nothing in it that could do harm.
     byId("text").innerHTML = step ? step.text : "";
-    if (!step) byId("text").append(make("p", "", WORDS.freeText));
+    if (!step) byId("text").append(make("p", "", words("student.freeText")));
     byId("against").hidden = Boolean(step);
     this.showHint((this.failures[name] ?? 0) >= FAILED);
     byId("step").scrollTop = 0;
@@ -55,21 +54,21 @@ export class Lesson {
     const hint = this.step?.hint ?? "", element = byId("hint");
     element.hidden = !hint || !on;
     byId("show-hint").hidden = !hint || on;
-    element.replaceChildren(make("strong", "", WORDS.hintHeading), ...hint.split("`").map((part, index) => (index % 2 ? make("code", "", part) : part)));
+    element.replaceChildren(make("strong", "", words("student.hintHeading")), ...hint.split("`").map((part, index) => (index % 2 ? make("code", "", part) : part)));
     element.scrollIntoView({ block: "nearest" });
   }
 
   list() {
-    const button = (name, words, about, done) => {
-      const made = make("button", done ? "done" : "", words);
+    const button = (name, text, about, done) => {
+      const made = make("button", done ? "done" : "", text);
       made.dataset.name = name;
       made.title = made.ariaLabel = about;
       made.ariaCurrent = name === this.name ? "step" : "false";
       return made;
     };
     byId("steps").replaceChildren(
-      ...this.steps.map(({ name, title, done }, index) => button(name, done ? `${index + 1} ✓` : `${index + 1}`, WORDS.step(index + 1, title, done), done)),
-      button("", WORDS.free, WORDS.freeNoun, false),
+      ...this.steps.map(({ name, title, done }, index) => button(name, done ? `${index + 1} ✓` : `${index + 1}`, words(done ? "student.stepDone" : "student.stepOpen", { number: index + 1, title }), done)),
+      button("", words("student.free"), words("student.freeNoun"), false),
     );
   }
 

@@ -1,7 +1,7 @@
 // Plays a try with a bar of time, at once, while the server still sends the rest of it.
 import { signButton } from "./class_page.js";
-import { Recording } from "./class_try.js";
-import { seconds, WORDS } from "./class_words.js";
+import { Recording, seconds } from "./class_try.js";
+import { words } from "./day_words.js";
 import { make } from "./panel.js";
 
 const SPEEDS = [1, 2, 4];
@@ -15,17 +15,17 @@ export class Player {
   /** Put the bar into an element; `onEnd()` is called when what is played has come to its end. */
   constructor(bar, onEnd) {
     Object.assign(this, { recording: new Recording(), time: 0, speed: 1, playing: false, onEnd, before: 0, drawn: "" });
-    this.toggle = signButton("▶", WORDS.play, () => (this.playing ? this.to(this.time) : this.play()));
-    this.slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: 0, step: STEP / 2, ariaLabel: WORDS.time });
+    this.toggle = signButton("▶", words("student.play"), () => (this.playing ? this.to(this.time) : this.play()));
+    this.slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: 0, step: STEP / 2, ariaLabel: words("student.time") });
     this.slider.addEventListener("input", () => this.to(Number(this.slider.value)));
     this.ticks = make("canvas", "ticks");
     this.clock = make("span", "clock");
     const speed = make("select", "", "", ...SPEEDS.map((value) => new Option(`×${value}`, value)));
-    speed.ariaLabel = WORDS.speed;
+    speed.ariaLabel = words("student.speed");
     speed.addEventListener("change", () => (this.speed = Number(speed.value)));
     bar.append(
-      this.toggle, signButton("◀", WORDS.back, () => this.to(this.time - STEP)), signButton("▶▏", WORDS.on, () => this.to(this.time + STEP)),
-      make("div", "line", "", this.slider, this.ticks), this.clock, speed, signButton("▶▶", WORDS.toEnd, () => this.finish()),
+      this.toggle, signButton("◀", words("student.back"), () => this.to(this.time - STEP)), signButton("▶▏", words("student.on"), () => this.to(this.time + STEP)),
+      make("div", "line", "", this.slider, this.ticks), this.clock, speed, signButton("▶▶", words("student.toEnd"), () => this.finish()),
     );
   }
 
@@ -72,7 +72,7 @@ export class Player {
   }
 
   draw() {
-    const { recording, slider, toggle } = this, [sign, about] = this.playing ? ["❚❚", WORDS.pause] : ["▶", WORDS.play];
+    const { recording, slider, toggle } = this, [sign, about] = this.playing ? ["❚❚", words("student.pause")] : ["▶", words("student.play")];
     if (toggle.textContent !== sign) {
       toggle.textContent = sign;
       toggle.title = toggle.ariaLabel = about;

@@ -1,31 +1,32 @@
 // Asks the server of the class, and listens to what it tells.
 import { pause } from "./link.js";
-import { WORDS } from "./class_words.js";
+import { keep, kept, TAB } from "./day_storage.js";
+import { refusal, words } from "./day_words.js";
 
-/** With these codes the server closes a connection for good: its token is not known, or it has too many pages. */
-export const UNKNOWN = 4001;
+/** With these codes the server closes a connection: its token is not known, what is known of its student has changed, or it has too many pages. */
+export const UNKNOWN = 4001, CHANGED = 4002;
 const CROWDED = 1008;
 
-/** What the server refuses, with its sentence; `status` is 0 where it was not reached. */
+/** What the server refuses: its sentence, the reason `why` and the `answer`; `status` is 0 where it was not reached. */
 export class Refusal extends Error {
-  constructor(words, status) {
-    super(words);
-    this.status = status;
+  constructor(text, status, answer = {}) {
+    super(text);
+    Object.assign(this, { status, answer, why: answer.why ?? "" });
   }
 }
 
 /** Ask as the one with a token; returns the answer, or throws a Refusal. */
 export async function ask(path, token, body = {}, keepalive = false) {
-  let response;
+  let response, answer;
   try {
     const headers = { Authorization: `Bearer ${token}` };
     response = await fetch(path, { method: "POST", headers, body: JSON.stringify(body), keepalive });
-    if (response.ok) return await response.json();
+    answer = await response.json().catch(() => ({}));
   } catch {
-    throw new Refusal(WORDS.offline, 0);
+    throw new Refusal(words("student.offline"), 0);
   }
-  const words = await response.text().catch(() => "");
-  throw new Refusal(words ? words[0].toUpperCase() + words.slice(1) : `${response.status}`, response.status);
+  if (response.ok) return answer;
+  throw new Refusal(answer.why ? refusal(answer) : `${response.status} ${response.statusText}`, response.status, answer);
 }
 
 /** What stands behind the # of the address, which is taken out of it. */
@@ -37,8 +38,9 @@ export function takeHash() {
 
 /** The token of a page: from its address, or as it was kept for a reload. */
 export function keptToken(name) {
-  const token = takeHash() || sessionStorage.getItem(name) || "";
-  if (token) sessionStorage.setItem(name, token);
+  const token = takeHash() || kept(name, TAB) || "";
+  // Where nothing is kept, the address has it after a reload, too.
+  if (token && !keep(name, token, TAB)) history.replaceState(null, "", `#${token}`);
   return token;
 }
 
@@ -64,7 +66,7 @@ export class Feed {
     socket.onclose = ({ code }) => {
       if (socket !== this.socket) return;
       this.open = false;
-      this.refused = code === CROWDED || code === UNKNOWN ? code : 0;
+      this.refused = [CROWDED, UNKNOWN, CHANGED].includes(code) ? code : 0;
       this.onChange(this);
       if (!this.refused) this.timer = setTimeout(() => this.connect(), 1000 * pause(this.attempt++, Math.random()));
     };

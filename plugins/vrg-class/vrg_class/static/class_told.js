@@ -1,6 +1,7 @@
 // What is told beside the field: what the code prints, errors and calls of the referee; and what a robot knows.
 import { newest } from "./recording.js";
-import { seconds, WORDS } from "./class_words.js";
+import { seconds } from "./class_try.js";
+import { words } from "./day_words.js";
 import { make } from "./panel.js";
 
 const MOST_ROWS = 1000;
@@ -15,29 +16,29 @@ export class Output {
 
   forget() {
     Object.assign(this, { rows: [], now: null, timed: [] });
-    this.list.replaceChildren(make("li", "nothing", WORDS.noOutput));
+    this.list.replaceChildren(make("li", "nothing", words("student.noOutput")));
   }
 
   /** Take in a message of a try whose own players are `own`. */
   take({ t, time, player, line, text, hint, call }, own) {
     if (this.rows.length >= MOST_ROWS && t !== "error") return;
     if (t === "print") this.add(t, time, null, text, own.length > 1 ? player : "");
-    if (t === "error") this.add(t, time, line, text, line ? WORDS.lineAt(line) : "", hint);
-    if (t === "call") this.add(t, time, null, call.text, WORDS.referee, call.words);
+    if (t === "error") this.add(t, time, line, text, line ? words("student.line", { line }) : "", hint);
+    if (t === "call") this.add(t, time, null, call.text, words("student.referee"), call.words);
   }
 
   add(kind, time, line, text, about, more = "") {
     const last = this.rows.at(-1), key = JSON.stringify([kind, line, text, about]);
     if (kind !== "call" && last?.key === key) {
       last.count += 1;
-      last.times.textContent = WORDS.times(last.count);
+      last.times.textContent = `× ${last.count}`;
       return;
     }
-    const times = make("span", "times"), words = make("span", "words", text, times);
-    if (about) words.prepend(make("small", "", about));
-    if (more && kind === "error") words.append(make("p", "hint", more));
-    const row = make("button", "", "", make("time", "", time == null ? "" : seconds(time)), words), item = make("li", kind, "", row);
-    row.title = kind === "call" ? more : time == null ? "" : WORDS.goTo(time);
+    const times = make("span", "times"), told = make("span", "words", text, times);
+    if (about) told.prepend(make("small", "", about));
+    if (more && kind === "error") told.append(make("p", "hint", more));
+    const row = make("button", "", "", make("time", "", time == null ? "" : seconds(time)), told), item = make("li", kind, "", row);
+    row.title = kind === "call" ? more : time == null ? "" : words("student.goTo", { time: seconds(time) });
     row.addEventListener("click", () => this.onGo(time ?? null, line ?? null));
     if (!this.rows.length) this.list.replaceChildren();
     // Errors come when the try is over, and belong where they happened.
@@ -65,10 +66,10 @@ export class Values {
   /** Stand within an element; `onInsert(text)` is called when a name is pressed. */
   constructor(parent, onInsert) {
     this.select = make("select");
-    this.select.ariaLabel = WORDS.robot;
+    this.select.ariaLabel = words("student.robot");
     this.select.addEventListener("change", () => (this.player = this.select.value));
     this.body = make("tbody");
-    this.help = make("p", "help", WORDS.noView);
+    this.help = make("p", "help", words("student.noView"));
     this.body.addEventListener("click", ({ target }) => {
       const text = target.closest("button")?.textContent;
       if (text) onInsert(text.split(": ")[0]);
@@ -97,7 +98,7 @@ export class Values {
     if (names !== this.names) {
       this.names = names;
       this.body.replaceChildren(...values.map(([name]) => make("tr", "", "", make("th", "", "", make("button", "", name)), make("td"))));
-      this.help.textContent = values.length ? WORDS.viewHelp : WORDS.noView;
+      this.help.textContent = values.length ? words("student.viewHelp") : words("student.noView");
     }
     values.forEach(([, value], index) => {
       const cell = this.body.rows[index].cells[1];

@@ -1,6 +1,10 @@
 // What a try has reported so far, by kind and time. Pure: it draws nothing.
-import { WORDS } from "./class_words.js";
+import { words } from "./day_words.js";
 import { newest, Recording as Shown } from "./recording.js";
+
+export const seconds = (time) => `${time.toFixed(1)} s`;
+/** A failure of the code, in words. */
+export const fault = ({ line, text }) => words(line ? "student.errorIn" : "student.error", { line, text });
 
 export class Recording extends Shown {
   /** A try of a step, by its name, with a version of the code. */
@@ -42,12 +46,15 @@ export class Recording extends Shown {
 
 /** How a try has ended: {words, kind}, and the line of an error if one is known. */
 export function outcome({ end, errors, about }) {
-  const { goal, ended, winner, score } = end;
-  if (goal?.reached != null) return { words: WORDS.reached(goal.reached), kind: "good" };
-  if (errors.length) return { words: WORDS.error(errors[0]), kind: "bad", line: errors[0].line };
-  if (ended) return { words: WORDS.broken(ended), kind: "bad" };
-  if (goal) return { words: goal.spoiled ? WORDS.spoiled(goal.spoiled) : WORDS.missed, kind: "bad" };
+  const { goal, ended, why, most, winner, score } = end, student = (key, fields) => words(`student.${key}`, fields);
+  if (goal?.reached != null) return { words: student("reached", { time: seconds(goal.reached) }), kind: "good" };
+  if (errors.length) return { words: fault(errors[0]), kind: "bad", line: errors[0].line };
+  if (why) return { words: student(why, { most }), kind: "bad" };
+  if (ended) return { words: student("broken", { why: ended }), kind: "bad" };
+  const spoiled = { call: "spoiledCall", time: "spoiledTime" }[goal?.spoiled];
+  if (spoiled) return { words: student(spoiled, { rule: goal.rule?.replaceAll("_", " "), within: goal.within }), kind: "bad" };
+  if (goal) return { words: student("missed"), kind: "bad" };
   const team = about?.team, points = Object.keys(score).sort((a, b) => (b === team) - (a === team)).map((name) => score[name]).join(" : ");
-  const words = winner === team ? WORDS.won : winner === "draw" ? WORDS.draw : winner ? WORDS.lost : WORDS.open;
-  return { words: words(points), kind: winner === team ? "good" : "" };
+  const key = winner === team ? "won" : winner === "draw" ? "draw" : winner ? "lost" : "open";
+  return { words: student(key, { score: points }), kind: winner === team ? "good" : "" };
 }

@@ -1,11 +1,12 @@
 // The page for the projector: the joining link as a picture to scan, the leaderboard, and what the teacher says.
 import { Board } from "./class_board.js";
-import { byId, tell } from "./class_page.js";
+import { byId, showCode, tell } from "./class_page.js";
 import { ask, keptToken } from "./class_server.js";
-import { PROJECTOR } from "./class_words.js";
+import { fill, words } from "./day_words.js";
 import { say } from "./panel.js";
 
-const EVERY = 3000;
+const EVERY = 3000, t = (key, n) => words(`projector.${key}`, { n });
+fill();
 const token = keptToken("vrg-class-projector"), link = `${location.origin}/#join=${token}`;
 const board = new Board(byId("standings"));
 
@@ -14,21 +15,21 @@ async function look() {
     const { game, rows, games, pages, message, halted, students, done } = await ask("board", token);
     say("game", game);
     board.show(rows, pages);
-    say("status", halted ? PROJECTOR.halted : "");
+    say("status", halted ? t("halted") : "");
     tell("saying", message);
-    say("students-here", PROJECTOR.students(students));
-    say("steps-done", done ? PROJECTOR.steps(done) : "");
-    say("played", games ? PROJECTOR.games(games) : "");
+    say("students-here", t("students", students));
+    say("steps-done", done ? t("steps", done) : "");
+    say("played", games ? t("games", games) : "");
   } catch (refusal) {
-    say("status", refusal.status ? refusal.message : PROJECTOR.lost);
+    say("status", refusal.status ? refusal.message : t("lost"));
   }
   setTimeout(look, EVERY);
 }
 
 if (token) {
-  byId("qr").src = `qr.svg?text=${encodeURIComponent(link)}`;
+  ask("qr", "", { text: link }).then(({ svg }) => showCode(byId("qr"), svg));
   say("address", link);
   byId("invitation").hidden = false;
-  if (["localhost", "127.0.0.1", "[::1]"].includes(location.hostname)) say("address", PROJECTOR.here);
+  if (["localhost", "127.0.0.1", "[::1]"].includes(location.hostname)) say("address", t("here"));
   look();
-} else say("status", PROJECTOR.noLink);
+} else say("status", t("noLink"));

@@ -1,104 +1,174 @@
-// The teacher's console: who is here, who is stuck and on what, and a word to all.
-import { byId, copy, notice, tell } from "./class_page.js";
+// The teacher's console: who is here, who is stuck and on what, who has come how far, and a word to all.
+import { byId, copy, listing, notice, showCode, tell } from "./class_page.js";
 import { ask, keptToken } from "./class_server.js";
-import { TEACHER } from "./class_words.js";
+import { fill, words } from "./day_words.js";
 import { make, say } from "./panel.js";
 
 const EVERY = 2000;
 /** s without a step done after which somebody may need help. */
 const LONG = 300;
-const token = keptToken("vrg-class-teacher"), body = byId("students").tBodies[0];
-const labels = [...document.querySelectorAll("#students th")].map((head) => head.textContent);
-let halted = false, all = [];
+const COLUMNS = ["name", "presence", "step", "doneHead", "stuck", "tries", "error", "handed"];
+/** What is said when an act was done. */
+const DONE = { reset: "wasReset", revoke: "revoked", remove: "removed" };
+const t = (key, fields) => words(`teacher.${key}`, fields);
+const token = keptToken("vrg-class-teacher"), body = byId("students").tBodies[0], steps = byId("done");
+let halted = false, all = [], lesson = {}, opened = null;
+fill();
+document.title = t("title");
+byId("students").tHead.append(make("tr", "", "", ...COLUMNS.map((name) => make("th", "", t(name)))));
 
 const minutes = (time) => `${Math.floor(time / 60)}:${String(Math.round(time) % 60).padStart(2, "0")}`;
+const faulty = ({ error, line }) => (error ? (line ? t("line", { line }) : "") + error : "");
 
 /** The cells of a student: text and class of each, in the order of the table. */
-function cells({ here, step, done, stuck, tries, error, line, handed }, lesson) {
-  const waits = here && done < lesson;
+function cells(student) {
+  const { here, step, done, stuck, tries, handed } = student, count = Object.keys(lesson).length, waits = here && done.length < count;
   return [
-    [here ? `● ${TEACHER.here}` : `○ ${TEACHER.away}`, "presence"], [tries || step ? step || TEACHER.free : "–", ""], [TEACHER.done(done, lesson), "number"],
+    [`${here ? "●" : "○"} ${t(here ? "here" : "away")}`, "presence"], [tries || step ? step || t("free") : "–", ""], [t("done", { count: done.length, all: count }), "number"],
     [waits ? minutes(stuck) : "–", waits && stuck > LONG ? "number long" : "number"], [String(tries), "number"],
-    [error ? TEACHER.line(line) + error : "", "error"], [TEACHER.version(handed), "number"],
+    [faulty(student), "error"], [handed ? t("version", { number: handed }) : "–", "number"],
   ];
 }
 
 /** Write what has changed into the rows, so that a row stays under the finger. */
-function show({ students, lesson }) {
-  all = [...students].sort((a, b) => a.name.localeCompare(b.name));
-  while (body.rows.length > all.length) body.deleteRow(-1);
+function show(table, texts) {
+  while (table.rows.length > all.length) table.deleteRow(-1);
   all.forEach((student, index) => {
-    const row = body.rows[index] ?? body.appendChild(make("tr", "", "", make("td", "", "", make("button")), ...labels.slice(1).map(() => make("td"))));
+    const row = table.rows[index] ?? table.appendChild(make("tr", "", "", make("td", "", "", make("button"))));
     const button = row.querySelector("button");
     if (button.textContent !== student.name) button.textContent = student.name;
     row.classList.toggle("here", student.here);
-    cells(student, lesson).forEach(([text, name], at) => {
-      const cell = row.cells[at + 1];
+    texts(student).forEach(([text, name], at) => {
+      const cell = row.cells[at + 1] ?? row.appendChild(make("td"));
       if (cell.textContent !== text) cell.textContent = text;
       cell.className = name;
-      cell.dataset.label = labels[at + 1];
+      cell.dataset.label = COLUMNS[at + 1] ? t(COLUMNS[at + 1]) : "";
     });
   });
 }
 
+/** The table of the steps: a mark for each that is done. */
+function showSteps() {
+  if (!steps.tHead.rows.length) {
+    const heads = Object.entries(lesson).map(([name, title]) => Object.assign(make("th", "", name), { title }));
+    steps.tHead.append(make("tr", "", "", make("th", "", t("name")), ...heads));
+  }
+  show(steps.tBodies[0], ({ done, step }) => Object.keys(lesson).map((name) => [done.includes(name) ? "✓" : name === step ? "…" : "", "step"]));
+}
+
 async function look() {
   try {
-    const found = await ask("teacher", token);
-    halted = found.halted;
-    show(found);
-    const here = all.filter((student) => student.here).length, { message } = found;
-    say("summary", all.length ? [TEACHER.count(here, all.length), TEACHER.status(found.busy, found.jobs), message && `“${message}”`].filter(Boolean).join(" · ") : TEACHER.none);
-    warn(found.sealed ? "" : [TEACHER.unsealed, found.lacking && TEACHER.lacking(found.lacking)].filter(Boolean).join(" "));
-    say("halt", halted ? TEACHER.goOn : TEACHER.halt);
+    const found = await ask("teacher", token), { message, busy, jobs } = found;
+    ({ halted, steps: lesson } = found);
+    all = found.students.sort((a, b) => a.name.localeCompare(b.name));
+    show(body, cells);
+    showSteps();
+    const here = all.filter((student) => student.here).length, running = busy ? t("running", { n: busy, jobs }) : t("idle");
+    say("summary", all.length ? [t("count", { here, all: all.length }), running, message && `“${message}”`].filter(Boolean).join(" · ") : t("none"));
+    const open = found.sealed ? "" : [t("unsealed"), found.lacking && t("lacking", { what: found.lacking })].filter(Boolean).join(" ");
+    warn([open, ...found.problems].filter(Boolean).join(" · "));
+    say("halt", t(halted ? "goOn" : "halt"));
     byId("halt").ariaPressed = String(halted);
   } catch (refusal) {
-    warn(refusal.status ? refusal.message : TEACHER.lost);
+    warn(refusal.status ? refusal.message : t("lost"));
   }
 }
 
-const warn = (words) => tell("warning", words);
+const warn = (text) => tell("warning", text);
 
-async function decide(what, words = "") {
+/** Ask for something, say that it was done, and look again; the answer, or null. */
+async function act(path, what, done = "") {
   try {
-    await ask("teacher/decide", token, what);
-    if (words) notice(words);
+    const answer = await ask(path, token, what);
+    if (done) notice(done);
     await look();
+    return answer;
   } catch (refusal) {
     notice(refusal.message);
+    return null;
   }
 }
 
 /** Show the code of a student, the error, and the student's own link. */
-async function open({ name, error, line, link }) {
-  try {
-    const { code } = await ask("teacher/code", token, { name }), own = `${location.origin}/#${link}`;
-    say("person-name", name);
-    say("person-error", error ? TEACHER.line(line) + error : "");
-    byId("person-code").replaceChildren(...code.split("\n").map((text, index) => make("span", error && index + 1 === line ? "faulty" : "", text)));
-    byId("person-link").value = own;
-    byId("person-qr").src = `qr.svg?text=${encodeURIComponent(own)}`;
-    byId("person").showModal();
-    byId("person-code").querySelector(".faulty")?.scrollIntoView({ block: "center" });
-  } catch (refusal) {
-    notice(refusal.message);
-  }
+async function open(student) {
+  const found = await act("teacher/code", { student: student.id });
+  if (!found) return;
+  opened = student;
+  say("person-name", student.name);
+  say("person-error", faulty(student));
+  byId("another-name").value = student.name;
+  listing(byId("person-code"), found.code, (_, number) => (student.error && number === student.line ? "faulty" : ""));
+  showLink(student.link);
+  if (!byId("person").open) byId("person").showModal();
+  byId("person-code").querySelector(".faulty")?.scrollIntoView({ block: "center" });
 }
 
-body.addEventListener("click", ({ target }) => {
-  const row = target.closest("tr");
-  if (row) open(all[row.rowIndex - 1]);
+function showLink(link) {
+  const own = `${location.origin}/#${link}`;
+  byId("person-link").value = own;
+  ask("qr", token, { text: own }).then(({ svg }) => showCode(byId("person-qr"), svg), (refusal) => notice(refusal.message));
+}
+
+/** The progress of all, as a table that spreadsheets read. */
+function table() {
+  // A cell that begins so would be a formula.
+  const cell = (text) => `"${String(text).replace(/^[=+\-@]/, "'$&").replaceAll('"', '""')}"`;
+  const head = [t("name"), ...Object.keys(lesson), t("tries"), t("handed"), t("error")];
+  const rows = all.map((one) => [one.name, ...Object.keys(lesson).map((name) => (one.done.includes(name) ? 1 : 0)), one.tries, one.handed, faulty(one)]);
+  return `\ufeff${[head, ...rows].map((row) => row.map(cell).join(",")).join("\r\n")}\r\n`;
+}
+
+function showView(isProgress) {
+  byId("students").hidden = isProgress;
+  steps.hidden = !isProgress;
+  byId("now").ariaPressed = String(!isProgress);
+  byId("progress").ariaPressed = String(isProgress);
+}
+
+for (const rows of [body, steps.tBodies[0]]) {
+  rows.addEventListener("click", ({ target }) => {
+    const row = target.closest("tr");
+    if (row) open(all[row.sectionRowIndex]);
+  });
+}
+byId("now").addEventListener("click", () => showView(false));
+byId("progress").addEventListener("click", () => showView(true));
+byId("export").addEventListener("click", () => {
+  const href = URL.createObjectURL(new Blob([table()], { type: "text/csv" }));
+  Object.assign(document.createElement("a"), { href, download: "progress.csv" }).click();
+  URL.revokeObjectURL(href);
 });
 byId("close").addEventListener("click", () => byId("person").close());
-byId("halt").addEventListener("click", () => decide({ halted: !halted }));
+byId("halt").addEventListener("click", () => act("teacher/decide", { halted: !halted }));
 byId("all").addEventListener("submit", (event) => {
   event.preventDefault();
-  decide({ message: byId("message").value.trim() }, TEACHER.sent);
+  act("teacher/decide", { message: byId("message").value.trim() }, t("sent"));
   byId("message").value = "";
 });
-byId("clear").addEventListener("click", () => decide({ message: "" }, TEACHER.cleared));
+byId("clear").addEventListener("click", () => act("teacher/decide", { message: "" }, t("cleared")));
 byId("person-copy").addEventListener("click", () => copy(byId("person-link")));
+byId("add").addEventListener("submit", async (event) => {
+  event.preventDefault();
+  const name = byId("new-name").value, found = await act("teacher/change", { act: "add", name }, t("added", { name }));
+  if (!found) return;
+  byId("new-name").value = "";
+  open(all.find(({ id }) => id === found.id));
+});
+byId("rename").addEventListener("submit", async (event) => {
+  event.preventDefault();
+  if (await act("teacher/change", { act: "rename", student: opened.id, name: byId("another-name").value }, t("renamed"))) byId("person").close();
+});
+byId("acts").addEventListener("click", async ({ target }) => {
+  const what = target.dataset.act, sure = { reset: "sureReset", revoke: "sureRevoke", remove: "sureRemove" }[what];
+  if (!what || !window.confirm(t(sure, { name: opened.name }))) return;
+  const found = await act("teacher/change", { act: what, student: opened.id }, t(DONE[what]));
+  if (!found) return;
+  if (what === "revoke") showLink(found.link);
+  else byId("person").close();
+});
 
+showView(false);
 if (token) {
   look();
   setInterval(look, EVERY);
-} else warn(TEACHER.noLink);
+} else warn(t("noLink"));
