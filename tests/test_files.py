@@ -1,6 +1,7 @@
 """Texts of people in any encoding that their editors write, and records of which a part is damaged."""
 
 import codecs
+import os
 from pathlib import Path
 
 import msgspec
@@ -10,6 +11,7 @@ from tests.command_line import invoke
 from tests.tiny import TINY
 from vrg.errors import FileError
 from vrg.files import read_text, records_of, text_of, write_whole
+from vrg.system import POSIX
 
 TEXT = "name = \"café 小明\"\nmap = 'open'\n"
 
@@ -69,6 +71,18 @@ def test_why_a_record_is_left_out_steers_no_terminal() -> None:
     [(number, why)] = records_of(b'{"\\u001b[2J":1}\n', msgspec.json.Decoder(Row)).damaged
     assert number == 1
     assert "unknown field `\\x1b[2J`" in why
+
+
+def test_what_is_synced_is_on_the_disk_before_it_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[str] = []
+    replace, fsync = os.replace, os.fsync
+    monkeypatch.setattr(os, "replace", lambda *paths: (done.append("named"), replace(*paths)))
+    monkeypatch.setattr(os, "fsync", lambda descriptor: (done.append("synced"), fsync(descriptor)))
+    write_whole(tmp_path / "file", b"new", synced=True)
+    assert done == (["synced", "named", "synced"] if POSIX else ["synced", "named"])
+    done.clear()
+    write_whole(tmp_path / "file", b"new")
+    assert done == ["named"]
 
 
 def test_a_file_that_cannot_be_written_stays_and_a_link_is_replaced(tmp_path: Path) -> None:

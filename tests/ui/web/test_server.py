@@ -471,6 +471,12 @@ def test_where_a_connection_comes_from(origin, host, why):
     assert (why in foreign(origin, host, "0.0.0.0", "lab")) if why else foreign(origin, host, "0.0.0.0", "lab") == ""
 
 
+def test_a_further_name_of_this_machine_is_no_trick():
+    origin, host = "https://robots.school.example", "robots.school.example"
+    assert "trick" in foreign(origin, host, "0.0.0.0", "lab")
+    assert foreign(origin, host, "0.0.0.0", "lab", "Robots.School.example") == ""
+
+
 def test_a_port_that_another_program_has_is_told(server):
     other = WebServer(server._admission, "final")
     with pytest.raises(LaunchError, match=f"port {server._admission.port}: .*in use"):
