@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections import Counter
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,8 @@ from tests.planted import check_unknown
 from vrg.errors import LaunchError
 from vrg.launch.folder_lock import owned
 from vrg.launch.sandbox.seal import missing
-from vrg_class import tries
+from vrg_class import folder, tries
+from vrg_class.classroom import ASKED_AT_ONCE
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder, revision
 
@@ -269,6 +271,30 @@ def test_a_save_of_older_code_keeps_both_and_asks(of_class: Class) -> None:
     newest = of_class.ask("/versions", token)[1][0]
     assert of_class.ask("/version", token, number=newest["number"])[1]["code"] == "# on the laptop"
     assert of_class.ask("/version", token, number=999)[0] == 400
+
+
+def test_whoever_saves_without_end_keeps_nobody_else_from_saving(
+    of_class: Class, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bad, ada = of_class.join("Bad"), of_class.join("Ada")
+    base, write, slow = of_class.base(ada), folder.write_whole, 0.05
+    monkeypatch.setattr(folder, "write_whole", lambda *a, **k: (threading.Event().wait(slow), write(*a, **k)))
+
+    async def work(session: aiohttp.ClientSession) -> tuple[int, Counter[int]]:
+        async def flood(number: int) -> int:
+            body = {"code": f"# {number}", "base": "", "apart": True}
+            return (await post(session, f"{of_class.at}/save", bad, body))[0]
+
+        flooding = [asyncio.create_task(flood(number)) for number in range(60)]
+        await asyncio.sleep(0.1)
+        status, _ = await post(session, f"{of_class.at}/save", ada, {"code": "# mine", "base": base})
+        late = sum(not task.done() for task in flooding)
+        assert late <= ASKED_AT_ONCE
+        return status, Counter(await asyncio.gather(*flooding))
+
+    status, told = of_class.run(work)
+    assert status == 200
+    assert told[400] > 50, "the others were too many"
 
 
 def token_folder(of_class: Class, token: str) -> str:

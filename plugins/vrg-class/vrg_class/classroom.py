@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +20,8 @@ UNKNOWN: Final = 4001
 """The code with which a connection is closed whose token is not known."""
 CHANGED: Final = 4002
 """The code with which a connection is closed whose page must ask again who it is."""
+ASKED_AT_ONCE: Final = 4
+"""The requests of a student that are answered or wait."""
 T = TypeVar("T")
 
 
@@ -31,6 +33,7 @@ class Desk:
         step: the step of the last try, by its name. tried: the last try. pages: those that listen.
         version: the number of the version that was tried last.
         last: when the last request came that costs something, s of the monotonic clock.
+        asking: how many requests are answered or wait. turn: whose holder is answered.
     """
 
     step: str = ""
@@ -38,6 +41,23 @@ class Desk:
     tried: Try | None = None
     pages: list[Page] = field(default_factory=list)
     last: float = 0.0
+    asking: int = 0
+    turn: asyncio.Lock = field(default_factory=asyncio.Lock)
+
+    async def answered(self, answer: Callable[[], Awaitable[T]]) -> T:
+        """Answer a request in its turn, so that nobody who asks without end keeps the disk from others.
+
+        Raises:
+            RefusalError: too many requests of this student wait.
+        """
+        self.asking += 1
+        try:
+            if self.asking > ASKED_AT_ONCE:
+                raise RefusalError("haste")
+            async with self.turn:
+                return await answer()
+        finally:
+            self.asking -= 1
 
     def show(self, text: str) -> None:
         """Send a message to all pages, a text of JSON."""

@@ -84,7 +84,7 @@ class ClassSite(DaySite):
         self._tries = self._make_tries()
         router.add_post("/join", self.told(self._join))
         for path, kind, answer in (
-            ("/me", requests.Me, self._me), ("/save", requests.Save, self._save),
+            ("/me", requests.Me, self._me), ("/save", requests.Save, self._take),
             ("/try", requests.Try, self._try), ("/hand-in", requests.Save, self._hand_in),
             ("/start", requests.Start, self._start), ("/versions", requests.Nothing, self._versions),
             ("/version", requests.OfVersion, self._version),
@@ -120,7 +120,10 @@ class ClassSite(DaySite):
             if student is None:
                 raise RefusalError("unknown", 401)
             self.let_in(request, student.folder)
-            return await answer(wanted, student, self._room.desks[student.folder])
+            desk = self._room.desks[student.folder]
+            if kind is requests.Start:  # the field of a step is played once for all, and may take its time
+                return await answer(wanted, student, desk)
+            return await desk.answered(lambda: answer(wanted, student, desk))
 
         return handler
 
@@ -163,9 +166,6 @@ class ClassSite(DaySite):
             "steps": steps, "step": desk.step, "versions": student.versions, "handed": student.handed,
             "message": self._room.message, "halted": self._room.halted, "messages": desk.tried is not None,
         }  # fmt: skip
-
-    async def _save(self, wanted: requests.Save, student: Student, desk: Desk) -> Any:
-        return await self._take(wanted, student, desk)
 
     async def _take(self, wanted: requests.Save, student: Student, desk: Desk, *, as_version: bool = False) -> Any:
         """Save code, and tell the other pages of its student; what is known of it then.
