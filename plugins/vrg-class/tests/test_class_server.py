@@ -21,7 +21,8 @@ from tests.planted import check_unknown
 from vrg.errors import LaunchError
 from vrg.launch.folder_lock import owned
 from vrg.launch.sandbox.seal import missing
-from vrg_class import folder, tries
+from vrg_class import folder as class_folder
+from vrg_class import tries
 from vrg_class.classroom import ASKED_AT_ONCE
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder, revision
@@ -273,12 +274,12 @@ def test_a_save_of_older_code_keeps_both_and_asks(of_class: Class) -> None:
     assert of_class.ask("/version", token, number=999)[0] == 400
 
 
-def test_whoever_saves_without_end_keeps_nobody_else_from_saving(
+def test_a_student_who_saves_without_end_keeps_nobody_from_saving(
     of_class: Class, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bad, ada = of_class.join("Bad"), of_class.join("Ada")
-    base, write, slow = of_class.base(ada), folder.write_whole, 0.05
-    monkeypatch.setattr(folder, "write_whole", lambda *a, **k: (threading.Event().wait(slow), write(*a, **k)))
+    base, write, slow = of_class.base(ada), class_folder.write_whole, 0.05
+    monkeypatch.setattr(class_folder, "write_whole", lambda *a, **k: (threading.Event().wait(slow), write(*a, **k)))
 
     async def work(session: aiohttp.ClientSession) -> tuple[int, Counter[int]]:
         async def flood(number: int) -> int:
