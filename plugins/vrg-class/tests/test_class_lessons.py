@@ -1,5 +1,6 @@
 """Each step of the lessons can be reached, and not by the code with which a student begins."""
 
+import ast
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,14 +12,15 @@ from vrg.errors import ConfigError
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.sandbox.seal import missing
 from vrg.runs.run_folder import RunFolder
-from vrg_class.lesson import Step, first_code, lesson_of, shipped
+from vrg_class.lesson import Step, first_code, languages, lesson_of, shipped
 from vrg_class.trial import Job, play
 from vrg_class.tries import others_of, setup_of, teams_of
 from vrg_league.game_process import server_for
 
 SOLUTIONS = Path(__file__).parent / "solutions"
+GAMES = ("sharks-and-minnows", "roboflag")
 STEPS = [
-    (game, step) for game in ("sharks-and-minnows", "roboflag") for step in lesson_of(shipped(game))  # type: ignore[arg-type]
+    (game, step) for game in GAMES for step in lesson_of(shipped(game))  # type: ignore[arg-type]
 ]  # fmt: skip
 NAMES = [f"{game}: {step.name}" for game, step in STEPS]
 
@@ -81,3 +83,25 @@ def test_what_is_wrong_with_a_step_is_named(tmp_path: Path, text: str, words: st
         lesson_of(tmp_path)
     with pytest.raises(ConfigError, match="found none"):
         lesson_of(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("game", GAMES)
+def test_the_first_five_steps_are_there_in_other_languages_with_the_same_code(game: str) -> None:
+    folder = shipped(game)
+    assert folder is not None
+    assert languages(folder) == {"de", "es", "fr"}
+
+    def code(text: str) -> list[str]:
+        """What stands in blocks of code."""
+        return [line for line in text.splitlines() if line.startswith("    ")]
+
+    for step in lesson_of(folder)[:5]:
+        english = step.told("en")
+        for language in languages(folder):
+            told = step.told(language)
+            assert told.title != english.title or told.text != english.text, (step.name, language)
+            assert code(told.text) == code(english.text), (step.name, language)
+            assert bool(told.hint) == bool(english.hint), (step.name, language)
+            first = first_code(folder, language)
+            assert ast.dump(ast.parse(first)) == ast.dump(ast.parse(first_code(folder, "en")))
+    assert lesson_of(folder)[-1].told("de") == lesson_of(folder)[-1].told("en")

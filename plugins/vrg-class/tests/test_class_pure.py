@@ -1,4 +1,4 @@
-"""The parts of a class that are functions: brackets, faults, progress."""
+"""The parts of a class that are functions: faults, progress."""
 
 import re
 
@@ -7,25 +7,9 @@ import pytest
 from vrg.bus.messages import Body, Call, RefereeState, Stage, Zone
 from vrg.regions import Rectangle
 from vrg.types import STILL, Pose
-from vrg_class.bracket import Pair, first_round, next_round
 from vrg_class.faults import fault_of
 from vrg_class.lesson import Goal
 from vrg_class.progress import Progress
-
-
-def test_a_bracket_lets_the_two_best_meet_in_the_last_round_only() -> None:
-    best = [chr(65 + number) for number in range(8)]
-    pairs = first_round(best)
-    assert [str(pair) for pair in pairs] == ["A against H", "D against E", "B against G", "C against F"]
-    second = next_round([pair.first for pair in pairs], best)
-    assert second == [Pair("A", "D"), Pair("B", "C")]
-    assert next_round(["D", "B"], best) == [Pair("B", "D")]
-    assert next_round(["B"], best) == []
-
-
-def test_the_best_of_a_bracket_with_too_few_go_on_unplayed() -> None:
-    assert [str(pair) for pair in first_round(list("ABCDE"))] == ["A", "D against E", "B", "C"]
-    assert first_round(["A"]) == []
 
 
 @pytest.mark.parametrize(
