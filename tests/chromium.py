@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
 from tests.requirements import missing
 
@@ -59,15 +59,23 @@ class Visitor:
 
     Args:
         locale: the language of the browser. script: JavaScript that runs before that of each page.
+        context: of another page, of which this one is a further tab; None makes one.
 
     Attributes:
         page: Playwright's. errors: of the page, and of what it has loaded.
     """
 
     def __init__(
-        self, browser: Browser, link: str, size: tuple[int, int] = SIZES[0], *, locale: str = "en", script: str = ""
+        self,
+        browser: Browser,
+        link: str,
+        size: tuple[int, int] = SIZES[0],
+        *,
+        locale: str = "en",
+        script: str = "",
+        context: BrowserContext | None = None,
     ) -> None:
-        context = browser.new_context(
+        context = context or browser.new_context(
             viewport={"width": size[0], "height": size[1]}, locale=locale, ignore_https_errors=True
         )
         if script:

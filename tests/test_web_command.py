@@ -12,9 +12,10 @@ from rich.console import Console
 from tests.command_line import invoke
 from tests.system.harness import wait_until
 from tests.test_machines import load
+from vrg.commands.groups import PlayOptions
 from vrg.commands.options import web_address
-from vrg.commands.page import encrypted, open_page, print_links, reached_at
-from vrg.errors import LaunchError
+from vrg.commands.page import encrypted, open_page, page_of, print_links, reached_at
+from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import WEB
 from vrg.launch import child, managed
 from vrg.launch.child import job_of
@@ -23,7 +24,7 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ManagedProcess, ProcessSpec
 from vrg.launch.specs import placed, specs
 from vrg.seats.authority import fingerprint, validity
-from vrg.ui.web.admission import admission, read_admission
+from vrg.ui.web.admission import Admission, admission, read_admission
 
 
 @pytest.mark.parametrize(
@@ -85,6 +86,20 @@ def test_a_page_of_https_is_told_by_its_fingerprint_and_keeps_its_certificate_wh
     assert encrypted(page) == page
     monkeypatch.setattr("vrg.commands.page.datetime", SimpleNamespace(now=lambda zone: found.ends))
     assert encrypted(page).certificate != page.certificate
+
+
+def test_a_page_that_another_program_shows_to_others_has_the_address_and_tokens_from_its_file(tmp_path):
+    known = Admission("127.0.0.1", free_port("127.0.0.1", 18_080), "official-token", {"ann": "seat-token"})
+    file = tmp_path / "page.json"
+    file.write_text(known.encoded())
+    assert PlayOptions(page=file).address is not None
+    assert open_page("0.0.0.0", None, ["ann"], known=page_of(file)) == known
+    file.write_text("{")
+    with pytest.raises(ConfigError, match=r"page\.json: expected the tokens"):
+        page_of(file)
+    for wrong in ({"tls": True}, {"listen": "0.0.0.0"}, {"in_process": True}):
+        with pytest.raises(typer.BadParameter):
+            PlayOptions(page=file, **wrong).check()
 
 
 def test_encryption_needs_a_page():

@@ -225,7 +225,7 @@ def write_whole(path: Path, data: bytes, mode: int = 0o666, *, synced: bool = Fa
         synced: return only when it is on the disk, where a power cut leaves it.
 
     Raises:
-        OSError: it cannot be written; the old content is still there.
+        OSError: it cannot be written; the old content is still there, unless only bringing its name to the disk failed.
     """
     # Another process may write the same file; and nobody can put a link there before.
     partial = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
@@ -237,15 +237,34 @@ def write_whole(path: Path, data: bytes, mode: int = 0o666, *, synced: bool = Fa
                 os.fsync(file.fileno())
         os.replace(partial, path)
         if synced:
-            _sync_folder(path.parent)
+            sync_folder(path.parent)
     except OSError:
         with suppress(OSError):
             partial.unlink()
         raise
 
 
-def _sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk; where a system cannot, it does so by itself, as Windows."""
+def make_folder(path: Path, mode: int = 0o777) -> None:
+    """Make a folder, and those above it that are missing; all of them are on the disk then.
+
+    Args:
+        mode: who may look into it, less what the process' umask takes away.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    if not path.is_dir():
+        make_folder(path.parent)
+        path.mkdir(mode, exist_ok=True)
+        sync_folder(path.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk; where a system cannot, it does so by itself, as Windows.
+
+    Raises:
+        OSError: it cannot be done.
+    """
     if not POSIX:
         return
     descriptor = os.open(folder, os.O_RDONLY)

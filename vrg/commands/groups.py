@@ -129,6 +129,8 @@ class PlayOptions(PracticeOptions):
     ] = False
     listen: ListenOption = None
     tls: TlsOption = False
+    page: Annotated[Path | None, typer.Option("--page", hidden=True)] = None
+    """The file with the address and the tokens of the page, from the program that shows it to others."""
     developer: Annotated[
         bool, typer.Option("--developer", help="Like --web; the official's link opens the details, for developers.")
     ] = False
@@ -149,6 +151,8 @@ class PlayOptions(PracticeOptions):
     def check(self) -> None:
         """See PracticeOptions.check."""
         super().check()
+        if self.page and (self.listen or self.tls):
+            raise typer.BadParameter("--page tells where the page is served: leave --listen and --tls out")
         if self.tls and not self.address:
             raise typer.BadParameter("--tls encrypts the page, and none is served: add --web or --listen")
         needing = {
@@ -164,7 +168,8 @@ class PlayOptions(PracticeOptions):
     @property
     def address(self) -> tuple[str, int | None] | None:
         """The address and the port at which browsers see it; None serves no page."""
-        return web_address(self.listen) if self.web or self.listen or self.developer else None
+        served = self.web or self.listen or self.developer or self.page
+        return web_address(self.listen) if served else None
 
     @property
     def drawer(self) -> str:

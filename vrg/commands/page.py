@@ -100,6 +100,7 @@ def open_page(
     deciding: bool = True,
     keys: Path | None = None,
     tls: bool = False,
+    known: Admission | None = None,
 ) -> Admission:
     """Choose a port for the page, and make its tokens. The process that serves it opens the port.
 
@@ -108,15 +109,18 @@ def open_page(
         players: those that may be driven. deciding: False lets everybody only watch.
         keys: the folder of the keys of the match. Where `vrg keys sheet` has printed links, these are good.
         tls: True serves it by https. Links of `vrg keys sheet` that begin so are served so in any case.
+        known: address and tokens that another program has chosen; they stand above all others.
 
     Raises:
         ConfigError: the tokens in the folder cannot be read.
         LaunchError: the port is not free, this machine has no such address, or what serves pages is not installed.
     """
     _need_server()
-    known = None if keys is None else known_page(keys)
     if known is not None:
-        port = port or known.port
+        host, port = known.host, known.port
+    else:
+        known = None if keys is None else known_page(keys)
+        port = port or (known.port if known else None)
     found = port_at(host, port, DEFAULT_PORT, "the page")
     page = admission(host, found, players, deciding=deciding, known=known)
     return encrypted(page) if tls or page.certificate else page
@@ -171,6 +175,18 @@ def encrypted(page: Admission, named: str = "") -> Admission:
     # A seat of the match may not have it: whatever serves by a certificate of its authority could pose as the router.
     own = make_seat(make_authority("page", now), Seat(SeatKind.ROUTER), now, LASTS, hosts)
     return replace(page, certificate=own.certificate.decode(), private_key=own.private_key.decode())
+
+
+def page_of(file: Path) -> Admission:
+    """The address and the tokens of the page in a file of another program.
+
+    Raises:
+        ConfigError: they cannot be read.
+    """
+    try:
+        return read_admission(read_text(file))
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{file}: {error}") from None
 
 
 def known_page(keys: Path) -> Admission | None:

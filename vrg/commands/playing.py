@@ -8,7 +8,7 @@ from rich.console import Console
 from vrg.bus.messages import DISQUALIFIED
 from vrg.commands.groups import PlayOptions
 from vrg.commands.options import has_display
-from vrg.commands.page import open_page, print_links
+from vrg.commands.page import open_page, page_of, print_links
 from vrg.commands.plan import print_plan
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
@@ -88,7 +88,8 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
     if options.address is not None:
         if options.drawer:
             DRAWERS.get(options.drawer)
-        page = open_page(*options.address, names, keys=way.keys, tls=options.tls)
+        known = page_of(options.page) if options.page else None
+        page = open_page(*options.address, names, keys=way.keys, tls=options.tls, known=known)
     opened: dict[str, Opening] = {}
     for name, typed in options.views.items():
         kind = kind_shown(name, "opens")
@@ -98,7 +99,7 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
         opened[kind.process] = loaded(kind.opens, f"--show {name}")(setup, typed, secured=way.secured)
 
     def ready(process: str, endpoint: str) -> None:
-        if process == WEB.process and page is not None:
+        if process == WEB.process and page is not None and not options.page:
             print_links(page, console, options.drawer)
         if process in opened:
             console.print(opened[process].words(endpoint), soft_wrap=True)

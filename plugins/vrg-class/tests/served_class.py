@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import socket
 import threading
 import time
 from collections.abc import Awaitable, Callable
@@ -12,6 +11,7 @@ from typing import Any, TypeVar
 
 import aiohttp
 
+from vrg.launch.endpoints import free_port
 from vrg.launch.sandbox.seal import missing
 from vrg.ui.web.admission import Admission
 from vrg_class.folder import ClassFolder
@@ -118,9 +118,7 @@ async def post(session: aiohttp.ClientSession, url: str, token: str, body: Any) 
 
 def serve(folder: ClassFolder) -> Class:
     """Serve a class; its site is to be stopped."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port("127.0.0.1", 18600, tries=200)
     about = folder.about
     sealed = missing() is None
     site = ClassSite(

@@ -69,15 +69,14 @@ def test_names_that_are_written_otherwise_are_alike_and_others_are_not() -> None
 
 
 def test_old_versions_go_but_not_the_one_that_was_handed_in(folder: ClassFolder) -> None:
-    student, first = folder.version(folder.join("Ada"), "# 1")
-    student = folder.hand_in(student)
+    student = folder.hand_in(folder.version(folder.join("Ada"), "# 1"))
+    first = folder.file(student, 1)
     for number in range(2, MOST_VERSIONS + 10):
-        student, _ = folder.version(student, f"# {number}")
+        student = folder.version(student, f"# {number}")
     assert first.is_file()
     assert not folder.file(student, 2).exists()
     assert folder.file(student, student.versions).read_text() == f"# {MOST_VERSIONS + 9}"
-    again, same = folder.version(student, f"# {MOST_VERSIONS + 9}")
-    assert (again.versions, same) == (student.versions, folder.file(student, student.versions))
+    assert folder.version(student, f"# {MOST_VERSIONS + 9}") == student, "the same code is no other version"
     assert ClassFolder(folder.path).students == folder.students
     for file in (folder.path / "class.json", folder.of(student) / "student.json", first):
         assert file.stat().st_mode & 0o77 == 0
@@ -135,3 +134,12 @@ def test_what_cannot_be_written_is_known_and_written_later(
     folder.settle()
     assert ClassFolder(folder.path).students["ada"].done == ("01-drive",)
     assert [file.name for file in folder.of(student).iterdir()] == ["student.json"], "no file that is a part of one"
+
+
+def test_a_record_that_is_older_than_the_versions_overwrites_none(folder: ClassFolder) -> None:
+    older = folder.join("Ada")
+    folder.version(older, "# precious")
+    folder.keep(older)
+    student = ClassFolder(folder.path).students["ada"]
+    again = folder.version(student, "# later")
+    assert texts(folder, again) == ["# later", "# precious"]

@@ -6,9 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-import threading
-from collections import Counter
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +17,10 @@ from served_class import GOOD, PATIENCE, Class, post, serve, wait_until
 from tests.command_line import invoke
 from tests.planted import check_unknown
 from vrg.errors import LaunchError
+from vrg.launch.endpoints import free_port
 from vrg.launch.folder_lock import owned
 from vrg.launch.sandbox.seal import missing
-from vrg_class import folder as class_folder
 from vrg_class import tries
-from vrg_class.classroom import ASKED_AT_ONCE
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder, revision
 
@@ -100,46 +97,6 @@ def test_what_is_printed_before_an_error_is_shown_and_much_printing_is_bounded(o
     assert len(kinds(of_class.tried(token, code), "print")) <= 2000
 
 
-def test_no_failure_of_the_disk_or_of_the_league_ends_what_serves_all(
-    of_class: Class, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    token = of_class.join("Ada")
-
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    with monkeypatch.context() as patched:
-        patched.setattr("vrg_class.tries.tempfile.TemporaryDirectory", full)
-        patched.setattr("vrg_class.league.ClassLeague.rest", full)
-        for _ in range(3):  # more than there are at a time
-            assert kinds(of_class.tried(token, GOOD), "end")[0]["why"] == "failed"
-        wait_until(lambda: of_class.ask("/board", token)[0] == 200, "an answer")
-    again = of_class.tried(token, f"{GOOD}\n# again\n")
-    assert kinds(again, "end")[0]["goal"]["reached"]  # type: ignore[index]
-    assert not of_class.site._ticking.done()
-
-
-def test_what_was_handed_in_while_a_request_was_still_coming_stays(of_class: Class) -> None:
-    token = of_class.join("Ada")
-
-    base = of_class.base(token)
-
-    async def slowly(session: aiohttp.ClientSession) -> int:
-        async def body() -> AsyncIterator[bytes]:
-            yield b'{"code": "# later", "base": "' + revision(GOOD).encode() + b'", '
-            assert (await post(session, f"{of_class.at}/hand-in", token, {"code": GOOD, "base": base}))[0] == 200
-            yield b'"step": "", "against": 0}'
-
-        headers = {"Authorization": f"Bearer {token}"}
-        await asyncio.sleep(0.6)
-        async with session.post(f"{of_class.at}/try", headers=headers, data=body()) as answer:
-            return answer.status
-
-    assert of_class.run(slowly) in (200, 400), "400 if it was too quick"
-    assert of_class.folder.students["ada"].handed == 1
-    assert (of_class.folder.entries / "ada.py").read_text() == GOOD
-
-
 def test_the_league_plays_what_was_handed_in_and_the_board_shows_it(of_class: Class) -> None:
     wrong = of_class.join("Cy")
     assert of_class.send("/hand-in", wrong, code="def")[0] == 200
@@ -161,241 +118,51 @@ def test_the_league_plays_what_was_handed_in_and_the_board_shows_it(of_class: Cl
     assert of_class.get(f"/league/{key}/..%2Fexperiment.html")[0] == 404
 
 
-def test_everything_survives_a_restart(tmp_path: Path) -> None:
-    first = serve(opened(tmp_path / "class", None, None, None, None))
-    try:
-        token = first.join("Ada")
-        first.tried(token, GOOD)
-        first.tried(token, GOOD.replace("0.7", "fast"))
-        first.send("/save", token, code="# half a thought")
-    finally:
-        first.site.stop()
-    again = serve(opened(tmp_path / "class", None, None, None, None))
-    try:
-        _, me = again.ask("/me", token)
-        assert (me["name"], me["code"], me["steps"][0]["done"], me["versions"]) == ("Ada", "# half a thought", True, 2)
-        (ada,) = again.ask("/teacher", again.folder.about.teacher)[1]["students"]
-        assert (ada["tries"], ada["line"], "fast" in ada["error"], ada["stuck"] < 1000) == (2, 6, True, True)
-    finally:
-        again.site.stop()
-
-
-def test_tokens_and_names(of_class: Class) -> None:
-    about = of_class.folder.about
-    assert of_class.ask("/join", "wrong", name="Ada", word="")[0] == 401
-    for name in ("", " ", "../../etc", "a" * 61, "<b>", "\u202eevil"):
-        status, words = of_class.ask("/join", about.joining, name=name, word="")
-        assert (status, '"name"' in words) == (400, True), name
-    token = of_class.join("Zoë")
-    assert "taken" in of_class.ask("/join", about.joining, name="zoë", word="")[1]
-    for path in ("/me", "/save", "/try", "/hand-in"):
-        assert of_class.ask(path, about.joining, code="x", base="", step="", against=0)[0] == 401, path
-    for path in ("/teacher", "/teacher/decide", "/teacher/code"):
-        assert of_class.ask(path, token)[0] == 401, path
-    assert of_class.ask("/board", "")[0] == 401
-    assert of_class.ask("/teacher/code", about.teacher, student="zoe")[1]["code"] == ""
-
-
-def test_a_roster_lets_only_those_in_who_know_their_word(tmp_path: Path) -> None:
-    roster = tmp_path / "names.csv"
-    roster.write_text("Ada,apple\nBo, pear \n", encoding="utf-8")
-    found = serve(opened(tmp_path / "class", None, None, None, roster))
-    try:
-        token = found.join("Ada", "apple")
-        assert found.join("Ada", "apple") == token, "on another device"
-        joining = found.folder.about.joining
-        for name, word in (("Ada", "pear"), ("Cy", ""), ("Bo", "")):
-            assert found.ask("/join", joining, name=name, word=word, device="hers")[0] == 400
-        assert found.ask("/join", joining, name="ADA", word="Apple", device="another")[1]["token"] == token
-    finally:
-        found.site.stop()
-
-
-def test_wrong_words_of_one_pupil_keep_nobody_else_out(tmp_path: Path) -> None:
-    roster = tmp_path / "names.csv"
-    roster.write_text("Ada,apple\nBo,pear\n", encoding="utf-8")
-    found = serve(opened(tmp_path / "class", None, None, None, roster))
-    try:
-        joining = found.folder.about.joining
-        told = [
-            found.ask("/join", joining, name=("Bo", "Ada")[n % 2], word="guess", device="hers")[1] for n in range(12)
-        ]
-        assert "guesses" in told[-1]
-        assert "guesses" in found.ask("/join", joining, name="Bo", word="pear", device="hers")[1]
-        assert found.ask("/join", joining, name="Bo", word="pear", device="his")[0] == 200
-    finally:
-        found.site.stop()
-
-
-def test_the_roster_can_be_changed_while_the_class_runs(tmp_path: Path) -> None:
-    roster = tmp_path / "names.csv"
-    roster.write_text("Ada,apple\n", encoding="utf-8")
-    found = serve(opened(tmp_path / "class", None, None, None, roster))
-    try:
-        joining, teacher = found.folder.about.joining, found.folder.about.teacher
-        found.join("Ada", "apple")
-        assert found.ask("/join", joining, name="Bo", word="pear", device="b")[0] == 400
-        roster.write_text("Bo,\n", encoding="utf-8")
-        wait_until(lambda: bool(found.ask("/teacher", teacher)[1]["problems"]), "the teacher to be told")
-        found.join("Ada", "apple")
-        roster.write_text("Bo,pear\n", encoding="utf-8")
-        wait_until(lambda: found.ask("/join", joining, name="Bo", word="pear", device="c")[0] == 200, "the new one")
-        assert found.ask("/teacher", teacher)[1]["problems"] == []
-    finally:
-        found.site.stop()
-    roster.write_text("Cy,plum\n", encoding="utf-8")
-    assert opened(tmp_path / "class", None, None, None, None).about.roster == {"Bo": "pear"}
-    assert opened(tmp_path / "class", None, None, None, roster).about.roster == {"Cy": "plum"}
-
-
-def test_a_save_of_older_code_keeps_both_and_asks(of_class: Class) -> None:
-    token = of_class.join("Ada")
-    first = of_class.base(token)
-    status, answer = of_class.ask("/save", token, code="# on the laptop", base=first)
-    assert status == 200
-    for path in ("/save", "/try", "/hand-in"):
-        status, refused = of_class.ask(path, token, code=f"# on the telephone {path}", base=first)
-        assert status == 409
-        refused = json.loads(refused)
-        assert (refused["why"], refused["code"]) == ("stale", "# on the laptop")
-        assert refused["revision"] == answer["revision"]
-        threading.Event().wait(0.6)  # as long as a student takes
-    assert of_class.ask("/me", token)[1]["code"] == "# on the laptop"
-    assert of_class.folder.students[token_folder(of_class, token)].handed == 0
-    kept = [
-        of_class.ask("/version", token, number=one["number"])[1]["code"] for one in of_class.ask("/versions", token)[1]
-    ]
-    assert {f"# on the telephone {path}" for path in ("/save", "/try", "/hand-in")} <= set(kept)
-    assert of_class.ask("/save", token, code="# on the laptop", base=first)[0] == 200, "the same code is no conflict"
-    status, _ = of_class.ask("/save", token, code="# chosen", base=answer["revision"], apart=True)
-    assert status == 200
-    newest = of_class.ask("/versions", token)[1][0]
-    assert of_class.ask("/version", token, number=newest["number"])[1]["code"] == "# on the laptop"
-    assert of_class.ask("/version", token, number=999)[0] == 400
-
-
-def test_a_student_who_saves_without_end_keeps_nobody_from_saving(
+def test_a_page_that_reads_nothing_holds_up_neither_the_class_nor_the_teacher(
     of_class: Class, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    bad, ada = of_class.join("Bad"), of_class.join("Ada")
-    base, write, slow = of_class.base(ada), class_folder.write_whole, 0.05
-    monkeypatch.setattr(class_folder, "write_whole", lambda *a, **k: (threading.Event().wait(slow), write(*a, **k)))
-
-    async def work(session: aiohttp.ClientSession) -> tuple[int, Counter[int]]:
-        async def flood(number: int) -> int:
-            body = {"code": f"# {number}", "base": "", "apart": True}
-            return (await post(session, f"{of_class.at}/save", bad, body))[0]
-
-        flooding = [asyncio.create_task(flood(number)) for number in range(60)]
-        await asyncio.sleep(0.1)
-        status, _ = await post(session, f"{of_class.at}/save", ada, {"code": "# mine", "base": base})
-        late = sum(not task.done() for task in flooding)
-        assert late <= ASKED_AT_ONCE
-        return status, Counter(await asyncio.gather(*flooding))
-
-    status, told = of_class.run(work)
-    assert status == 200
-    assert told[400] > 50, "the others were too many"
-
-
-def token_folder(of_class: Class, token: str) -> str:
-    student = of_class.folder.of_token(token)
-    assert student is not None
-    return student.folder
-
-
-def test_other_pages_of_a_student_are_told_of_new_code(of_class: Class) -> None:
-    token = of_class.join("Ada")
-    base = of_class.base(token)
-
-    async def work(session: aiohttp.ClientSession) -> Any:
-        async with session.ws_connect(f"{of_class.at}/feed") as feed:
-            await feed.send_str(token)
-            await feed.receive()
-            await post(session, f"{of_class.at}/save", token, {"code": "# new", "base": base})
-            return json.loads((await feed.receive()).data)
-
-    (told,) = of_class.run(work)
-    assert (told["t"], told["code"], told["revision"]) == ("saved", "# new", revision("# new"))
-
-
-def test_the_teacher_adds_renames_removes_and_resets_students_and_revokes_links(of_class: Class) -> None:
+    monkeypatch.setattr("vrg_class.page.HELLO", 0.5)
     token, teacher = of_class.join("Ada"), of_class.folder.about.teacher
+    desk = of_class.site._room.desks["ada"]
 
-    def change(act: str, **body: str) -> tuple[int, Any]:
-        return of_class.ask("/teacher/change", teacher, act=act, **body)
+    async def silent() -> asyncio.StreamWriter:
+        reader, writer = await asyncio.open_connection("127.0.0.1", of_class.port, limit=1000)
+        await aiohttp_hello(reader, writer, of_class.port, token)
+        return writer
 
-    assert of_class.ask("/teacher/change", token, act="remove", student="ada")[0] == 401
-    _, added = change("add", name="Bo")
-    assert of_class.ask("/me", added["link"])[1]["name"] == "Bo"
-    assert "taken" in change("add", name="bo")[1]
-    assert "name" in change("rename", student="bo", name="<b>")[1]
-    assert "taken" in change("rename", student="bo", name="ADA")[1]
-    assert change("rename", student="bo", name="Beatrix")[0] == 200
-    assert of_class.ask("/me", added["link"])[1]["name"] == "Beatrix"
-    assert "taken" in of_class.ask("/join", of_class.folder.about.joining, name="Bo", word="")[1], "she joined by it"
-    of_class.tried(token, GOOD)
-    assert of_class.ask("/me", token)[1]["steps"][0]["done"]
-    assert change("reset", student="ada")[0] == 200
-    _, me = of_class.ask("/me", token)
-    assert (me["steps"][0]["done"], me["code"] == GOOD, "class" in me["code"]) == (False, False, True)
-    newest = of_class.ask("/versions", token)[1][0]
-    assert of_class.ask("/version", token, number=newest["number"])[1]["code"] == GOOD
-    _, revoked = change("revoke", student="ada")
-    assert of_class.ask("/me", token)[0] == 401
-    assert of_class.ask("/me", revoked["link"])[1]["name"] == "Ada"
-    assert of_class.send("/hand-in", revoked["link"], code=GOOD)[0] == 200
-    assert change("remove", student="ada")[0] == 200
-    assert of_class.ask("/me", revoked["link"])[0] == 401
-    assert not (of_class.folder.entries / "ada.py").exists()
-    assert [file.read_text() for file in of_class.folder.path.glob("removed/*-ada/code.py")] == [GOOD]
-    assert change("remove", student="ada")[0] == 404
-    assert of_class.ask("/me", of_class.join("Ada"))[1]["versions"] == 0
+    async def work() -> None:
+        writer = await silent()
+        while not desk.pages:
+            await asyncio.sleep(0.01)
+        (page,) = desk.pages
+        loop = of_class.site._loop
+        assert loop is not None
+        for _ in range(300):
+            loop.call_soon_threadsafe(page.send, '"' + "x" * 100_000 + '"')
+        async with aiohttp.ClientSession() as session:
+            body = {"act": "reset", "student": "ada"}
+            assert (await post(session, f"{of_class.at}/teacher/change", teacher, body))[0] == 200
+        while desk.pages:
+            await asyncio.sleep(0.05)
+        writer.close()
+
+    asyncio.run(asyncio.wait_for(work(), PATIENCE))
 
 
-def test_one_broken_record_keeps_no_class_from_starting(tmp_path: Path) -> None:
-    first = serve(opened(tmp_path / "class", None, None, None, None))
-    try:
-        ada, bo = first.join("Ada"), first.join("Bo")
-        first.send("/try", ada, code=GOOD, step="")
-        first.send("/save", bo, code="# kept")
-    finally:
-        first.site.stop()
-    (tmp_path / "class" / "students" / "ada" / "student.json").write_bytes(b"")
-    (tmp_path / "class" / "students" / "bo" / "code.py").write_bytes(b"\xff# kept")
-    (tmp_path / "class" / "students" / "cy").mkdir()
-    again = serve(opened(tmp_path / "class", None, None, None, None))
-    try:
-        _, found = again.ask("/teacher", again.folder.about.teacher)
-        assert [name for name in ("ada", "cy") if not any(f"/{name}/" in line for line in found["problems"])] == []
-        assert again.ask("/me", bo)[1]["code"] == "\ufffd# kept"
-        assert again.ask("/me", ada)[0] == 401
-        token = again.join("Ada")
-        _, me = again.ask("/me", token)
-        assert (me["code"], me["versions"]) == (GOOD, 1)
-    finally:
-        again.site.stop()
-
-
-def test_the_teacher_halts_and_speaks_and_sees_who_is_stuck(of_class: Class) -> None:
-    token, teacher = of_class.join("Ada"), of_class.folder.about.teacher
-    of_class.tried(token, GOOD.replace("0.7, 0.0", "fast, 0.0"))
-    _, console = of_class.ask("/teacher", teacher)
-    (ada,) = console["students"]
-    assert (ada["name"], ada["tries"], ada["line"], "fast" in ada["error"]) == ("Ada", 1, 6, True)
-    wait_until(lambda: of_class.ask("/teacher", teacher)[1]["busy"] == 0, "its process to end")
-    assert of_class.ask("/teacher/decide", teacher, halted=True, message="Look up, please")[0] == 200
-    wait_until(lambda: of_class.send("/try", token, code=GOOD, step="", against=0)[0] == 200, "room for a try")
-    _, me = of_class.ask("/me", token)
-    assert (me["halted"], me["message"]) == (True, "Look up, please")
-    assert of_class.ask("/teacher", teacher)[1]["busy"] == 1, "it waits"
-    of_class.ask("/teacher/decide", teacher, halted=False)
-    wait_until(lambda: of_class.ask("/teacher", teacher)[1]["busy"] == 0, "it to be played")
+async def aiohttp_hello(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, port: int, token: str) -> None:
+    """Open a feed by hand, and read nothing of it."""
+    key = "dGhlIHNhbXBsZSBub25jZQ=="
+    head = f"GET /feed HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    writer.write(f"{head}Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
+    await reader.readuntil(b"\r\n\r\n")
+    data = token.encode()
+    writer.write(bytes([0x81, 0x80 | len(data), 0, 0, 0, 0]) + data)
+    await writer.drain()
 
 
 def test_bounds_on_what_is_sent(of_class: Class) -> None:
     token = of_class.join("Ada")
-    assert of_class.send("/save", token, code="x" * (CODE_SIZE + 1))[0] == 400
+    assert of_class.send("/save", token, code="x" * (CODE_SIZE + 1))[0] == 413
     assert of_class.send("/save", token, code="x" * 5_000_000)[0] in (400, 413)
     assert of_class.send("/try", token, code=GOOD, step="99-nothing", against=0)[0] == 400
     assert of_class.send("/try", token, code=GOOD, step="01-drive", against=7)[0] == 400
@@ -428,7 +195,8 @@ def test_hostile_students_harm_nobody_else(of_class: Class) -> None:
     async def all_at_once(session: aiohttp.ClientSession) -> None:
         for deed, token in tokens.items():
             code = f"from vrg.agents import *\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        {deed}\n"
-            await post(session, f"{of_class.at}/try", token, {"code": code, "step": "01-drive", "against": 0})
+            body = {"code": code, "base": revision(""), "step": "01-drive", "against": 0}
+            assert (await post(session, f"{of_class.at}/try", token, body))[0] == 200, deed
 
     of_class.run(all_at_once)
     (end,) = kinds(of_class.tried(ada, GOOD), "end")
@@ -461,10 +229,11 @@ def test_many_pages_of_one_student_and_pages_without_a_token(of_class: Class) ->
 
 @pytest.mark.system
 def test_the_command_serves_a_class_and_survives_being_killed(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "vrg", "class", "start", str(tmp_path / "class"), "--listen", "127.0.0.1:0"]
+    listen = f"127.0.0.1:{free_port('127.0.0.1', 18700, tries=200)}"
+    command = [sys.executable, "-m", "vrg", "class", "start", str(tmp_path / "class"), "--listen", listen]
 
     def started() -> tuple["subprocess.Popen[str]", str]:
-        process = subprocess.Popen([*command[:-1], "127.0.0.1:18090"], stdout=subprocess.PIPE, text=True)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
         line = process.stdout.readline()
         assert line.startswith("students"), line
@@ -474,19 +243,20 @@ def test_the_command_serves_a_class_and_survives_being_killed(tmp_path: Path) ->
         async with aiohttp.ClientSession() as session:
             status, found = await post(session, f"{at}/join", token, {"name": "Ada", "word": ""})
             assert status == 200, found
-            await post(session, f"{at}/hand-in", found["token"], {"code": GOOD})
+            body = {"code": GOOD, "base": revision("")}
+            assert (await post(session, f"{at}/hand-in", found["token"], body))[0] == 200
             return str(found["token"])
 
     process, link = started()
     try:
         at, _, joining = link.partition("/#join=")
-        token = asyncio.run(joined(at, joining))
+        asyncio.run(joined(at, joining))
         os.kill(process.pid, signal.SIGKILL)
         process.wait(PATIENCE)
         process, again = started()
         assert again == link, "the links stay good"
-        students = ClassFolder(tmp_path / "class").students
-        assert (students[token].name, students[token].handed) == ("Ada", 1)
+        ada = ClassFolder(tmp_path / "class").students["ada"]
+        assert (ada.name, ada.handed) == ("Ada", 1)
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(PATIENCE)

@@ -1,241 +1,368 @@
-"""Timetables: what is refused, when matches begin, what survives a restart, and who may decide."""
+"""Events as pure objects: timetables, what is played next and when, what counts, what survives a restart."""
 
-import json
-import os
-import signal
-import subprocess
-import sys
-import threading
-import time
-import urllib.error
-import urllib.request
+import csv
+import io
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
-import psutil
+import msgspec
 import pytest
 
-from tests.command_line import invoke
-from tests.system.harness import long_match
 from tests.tiny import TINY
+from vrg.api import play
 from vrg.errors import ConfigError
-from vrg.launch.endpoints import free_port
-from vrg.launch.folder_lock import owned
-from vrg_class.event.site import EventSite
-from vrg_class.event.timetable import Event, Outcome, Slot, read_timetable
+from vrg_class.event.course import Event, Live, Phase, Report
+from vrg_class.event.field import report_of
+from vrg_class.event.outcomes import Kept, read_kept
+from vrg_class.event.plan import Game
+from vrg_class.event.results import as_csv, as_json, harmless
+from vrg_class.event.timetable import Timetable
+from vrg_class.site import RefusalError
 
-TABLE = """title = "Open day"
-pause = 60.0
-[[matches]]
-match = "tiny.toml"
-title = "Ann against Bob"
-strategies = { minnows = "mine.py:Mine" }
-seed = 7
-[[matches]]
-match = "roboflag"
-at = "23:59"
-"""
-MINE = """from vrg.agents import STILL, Strategy
+ROLES = Game(("sharks", "minnows"), 2)
+"""A game whose teams have different roles."""
+EVEN = Game(("red", "blue"), 1)
+"""A game whose teams have the same."""
+NOW = datetime(2026, 11, 28, 12, 0).timestamp()
+THREE = tuple({"match": "tiny.toml", "title": title} for title in ("Ann against Bob", "Cid against Dee", "Eve"))
+TEAMS = tuple({"name": name, "strategy": f"{name}.py"} for name in ("Ann", "Bob", "Cid", "Dee"))
 
 
-class Mine(Strategy):
-    def act(self, view):
-        return STILL
-"""
-PATIENCE = 120.0
+def table(*matches: Mapping[str, Any], **more: Any) -> Timetable:
+    return Timetable.model_validate({"title": "Open day", "pause": 60.0, "matches": matches or THREE, **more})
 
 
-@pytest.fixture
-def event(tmp_path: Path) -> Event:
+def event(of: Timetable | None = None, kept: Kept | None = None, game: Game = ROLES, now: float = NOW) -> Event:
+    of = of or table()
+    return Event(of, [game] * len(of.matches), kept or Kept(), now)
+
+
+def restarted(before: Event, of: Timetable | None = None, now: float = NOW) -> Event:
+    """The event as another process finds it, maybe with another timetable."""
+    kept = msgspec.json.decode(msgspec.json.encode(before.kept), type=Kept)
+    return event(of or before.table, kept, before._games[0], now)
+
+
+def played(found: Event, now: float, first: int = 2, second: int = 1, *, confirm: bool = True) -> int:
+    """Play the next match at once, with these points of its sides; returns its number."""
+    if found.phase is Phase.WAITING:
+        found.begin(now)
+    fixture = found.step(now)
+    assert fixture is not None
+    found.hear(Live(stage="play_round"))
+    sides = fixture.sides
+    winner = "draw" if first == second else sides[first < second]
+    found.ended(Report(words="the end", score=dict(zip(sides, (first, second), strict=True)), winner=winner), now)
+    if confirm:
+        found.confirm(now)
+    return fixture.of.number
+
+
+def words(found: Event) -> list[str | None]:
+    return [outcome and outcome.words for outcome in map(found.outcome, found.plan.fixtures)]
+
+
+def test_a_match_counts_only_if_its_journal_says_that_play_began(tmp_path: Path) -> None:
+    assert report_of(tmp_path, None).why == "no_result"
     (tmp_path / "tiny.toml").write_text(TINY)
-    (tmp_path / "mine.py").write_text(MINE)
-    (tmp_path / "day.toml").write_text(TABLE)
-    return Event(read_timetable(tmp_path / "day.toml"), tmp_path, tmp_path / "day")
+    run = play(tmp_path / "tiny.toml", runs=tmp_path / "match-1" / "runs", record=False)
+    report = report_of(tmp_path, run.path)
+    assert (report.why, report.winner, report.score) == ("", run.winner, run.score)
+    assert (tmp_path / report.run).samefile(run.path)
+    journal = run.path / "journal.jsonl"
+    lines = journal.read_bytes().splitlines(keepends=True)
+    begun = next(number for number, line in enumerate(lines) if b"play_round" in line)
+    journal.write_bytes(b"".join(lines[:begun]))
+    assert report_of(tmp_path, run.path).why == "not_begun"
+    (run.path / "result.json").unlink()
+    assert report_of(tmp_path, run.path).why == "no_result"
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "title"),
-        ('title = "x"', "matches"),
-        ('title = "x"\nmatches = []', "matches"),
-        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "25:00"', "at"),
-        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "2026-02-30 12:00"', "expected a time"),
-        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "0001-01-01 00:00"', "expected a time"),
-        ('title = "x"\npause = -1\n[[matches]]\nmatch = "tiny.toml"', "pause"),
-        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\ntittle = "y"', "tittle"),
-        ("[", "cannot be read"),
-    ],
-)
-def test_a_timetable_is_checked(text: str, words: str, tmp_path: Path) -> None:
-    (tmp_path / "day.toml").write_text(text)
-    with pytest.raises(ConfigError, match=words):
-        read_timetable(tmp_path / "day.toml")
+def test_a_match_is_waited_for_played_reviewed_and_confirmed_before_the_next_pause() -> None:
+    found = event()
+    assert (found.state(NOW)["phase"], found.state(NOW)["left"]) == ("waiting", 0.0)
+    fixture = found.step(NOW)
+    assert fixture is not None
+    assert fixture.title == "Ann against Bob"
+    assert found.step(NOW + 1.0) is None
+    found.hear(Live(stage="initialize", waiting=("ann is not at its mark",)))
+    assert (found.phase, found.state(NOW)["live"]["waiting"]) == ("ready", ("ann is not at its mark",))
+    found.hear(Live(stage="play_round"))
+    assert found.phase is Phase.RUNNING
+    found.ended(Report(words="Minnows win", score={"sharks": 1, "minnows": 2}, winner="minnows"), NOW + 100.0)
+    state = found.state(NOW + 101.0)
+    assert (state["phase"], state["n"], state["left"], state["live"]) == ("review", 1, 29.0, None)
+    found.step(NOW + 129.9)
+    assert found.phase is Phase.REVIEW
+    found.step(NOW + 130.1)
+    state = found.state(NOW + 130.1)
+    assert (state["phase"], state["n"], state["left"]) == ("waiting", 2, 60.0)
+    assert state["matches"][0]["state"] == "confirmed"
+    assert found.step(NOW + 190.0) is None
+    assert found.step(NOW + 190.2) is not None
 
 
-def test_a_match_has_the_strategies_and_the_seed_of_its_slot(event: Event) -> None:
-    setup = event.setup(0)
-    assert setup.seed == 7
-    assert {player.strategy for player in setup.players if player.team == "minnows"} == {
-        f"{event.base / 'mine.py'}:Mine"
-    }
-    assert event.setup(1).game == "roboflag"
-    assert event.titles() == ["Ann against Bob", "roboflag"]
+def test_a_match_that_did_not_begin_is_held_and_played_again() -> None:
+    found = event()
+    found.step(NOW)
+    found.ended(Report(why="not_begun", words="Interrupted"), NOW + 5.0)
+    state = found.state(NOW + 5.0)
+    assert (state["phase"], state["n"], state["held"]) == ("waiting", 1, {"why": "not_begun", "words": "Interrupted"})
+    assert found.step(NOW + 1000.0) is None
+    found.go_on(NOW + 1000.0)
+    assert found.step(NOW + 1000.0) is not None
 
 
-def test_a_match_begins_after_the_pause_and_not_before_its_time(event: Event) -> None:
-    noon = datetime(2026, 11, 28, 12, 0).timestamp()
-    assert event.due(0, noon, lately=False) == noon
-    assert not event.played_lately(noon)
-    assert event.due(1, noon, lately=False) == datetime(2026, 11, 28, 23, 59).timestamp()
-    late = datetime(2026, 11, 28, 23, 59, 30).timestamp()
-    assert event.due(1, late, lately=False) == late
+def test_a_match_that_was_broken_off_waits_for_an_official_unless_nobody_reviews() -> None:
+    for review, phase in ((30.0, "review"), (0.0, "waiting")):
+        found = event(table(review=review))
+        found.step(NOW)
+        found.ended(Report(words="Interrupted", score={"sharks": 0, "minnows": 0}), NOW)
+        found.step(NOW + 10_000.0)
+        assert (found.phase, found.outcome(found.plan.fixtures[0]) is not None) == (phase, True)
 
 
-@pytest.mark.parametrize(
-    ("at", "ended", "begins"),
-    [
-        ("00:30", datetime(2026, 11, 28, 23, 40), datetime(2026, 11, 29, 0, 30)),
-        ("23:50", datetime(2026, 11, 29, 0, 10), datetime(2026, 11, 29, 0, 10)),
-        ("22:00", datetime(2026, 11, 28, 5, 0), datetime(2026, 11, 28, 22, 0)),
-        ("09:00", datetime(2026, 11, 28, 14, 59), datetime(2026, 11, 28, 14, 59)),
-        ("09:00", datetime(2026, 11, 28, 15, 1), datetime(2026, 11, 29, 9, 0)),
-        ("2026-11-30 09:00", datetime(2026, 11, 28, 12, 0), datetime(2026, 11, 30, 9, 0)),
-        ("2026-11-27 09:00", datetime(2026, 11, 28, 12, 0), datetime(2026, 11, 28, 12, 0)),
-    ],
-)
-def test_a_time_of_the_day_is_one_at_most_six_hours_ago_or_the_next(
-    at: str, ended: datetime, begins: datetime, event: Event
-) -> None:
-    slot = event.table.matches[1].model_copy(update={"at": at})
-    event.table = event.table.model_copy(update={"matches": (slot,)})
-    assert datetime.fromtimestamp(event.due(0, ended.timestamp(), lately=True)) == begins
+def test_holding_the_timetable_holds_a_review_and_the_next_match() -> None:
+    found = event()
+    played(found, NOW, confirm=False)
+    found.hold(NOW + 10.0, "official")
+    assert found.step(NOW + 5000.0) is None
+    assert found.phase is Phase.REVIEW
+    found.go_on(NOW + 5000.0)
+    assert found.state(NOW + 5000.0)["left"] == 20.0
+    found.confirm(NOW + 5000.0)
+    found.hold(NOW + 5000.0, "official")
+    assert found.step(NOW + 9000.0) is None
+    found.begin(NOW + 9000.0)
+    assert found.held is None
+    assert found.step(NOW + 9000.0) is not None
 
 
-def test_an_evening_match_waits_for_its_evening_if_nothing_was_played_yet(event: Event) -> None:
-    night = datetime(2026, 11, 28, 0, 30)
-    assert datetime.fromtimestamp(event.due(1, night.timestamp(), lately=False)) == night.replace(hour=23, minute=59)
+def test_officials_can_do_only_what_makes_sense_now() -> None:
+    found = event()
+    for act in (lambda: found.confirm(NOW), found.stop):
+        with pytest.raises(RefusalError, match="not_now"):
+            act()
+    for number in (-1, 0, 1, 99):
+        with pytest.raises(RefusalError, match="unknown_match"):
+            found.again(number, NOW)
+    found.step(NOW)
+    with pytest.raises(RefusalError, match="not_now"):
+        found.begin(NOW)
+    found.stop()
+    assert found.stopping
+    with pytest.raises(RefusalError, match="unknown_match"):
+        found.rename(99, "x")
 
 
-def test_outcomes_survive_a_restart_and_can_be_taken_back(event: Event) -> None:
-    event.keep(0, Outcome(title="Ann against Bob", words="Minnows win", score={"sharks": 1, "minnows": 2}, run="r"))
-    again = Event(event.table, event.base, event.folder)
-    assert (again.next, again.outcomes) == (1, event.outcomes)
-    assert again.state()["matches"][0]["score"] == [("sharks", 1), ("minnows", 2)]
-    again.keep(0, None)
-    assert Event(event.table, event.base, event.folder).next == 0
-
-
-def test_outcomes_stay_with_their_matches_if_the_timetable_changes(event: Event) -> None:
-    event.keep(1, Outcome(title="roboflag", words="Red wins"))
-    event.keep(0, Outcome(title="Ann against Bob", words="Minnows win"))
-    first, second = event.table.matches
-    another = first.model_copy(update={"title": "Cid against Dee"})
-
-    def changed(*slots: Slot) -> Event:
-        return Event(event.table.model_copy(update={"matches": slots}), event.base, event.folder)
-
-    again = changed(another, second, first, second)
-    assert {number: one.words for number, one in again.outcomes.items()} == {1: "Red wins", 2: "Minnows win"}
-    assert again.next == 0
-    again.keep(0, Outcome(title="Cid against Dee", words="Sharks win"))
-    assert [*again.outcomes] == [1, 2, 0], "in the order of play"
-    for _ in range(2):
-        again.repeat()  # once, however often somebody wants it
-        assert ([*again.outcomes], again.next, again.state()["repeats"]) == ([1, 2], 0, True)
-    again.repeated = None
-    again.keep(1, None)
-    again.repeat()
-    assert again.next == 2, "the last one, also where an earlier one of the timetable is still to be played"
-    assert again.played_lately(time.time())
-    assert not again.played_lately(time.time() + 30_000.0)
-    again.keep(1, Outcome(title="roboflag", words="Red wins"))
-    with pytest.raises(ConfigError, match="found that of 'roboflag'"):
-        changed(first, another)
-
-
-def test_only_officials_decide(event: Event) -> None:
-    event.keep(0, Outcome(title="Ann against Bob", words="Minnows win"))
-    port = free_port("127.0.0.1", 18170, tries=100)
-    site = EventSite("127.0.0.1", port, event, 8080, "the-token")
-    site.start()
-
-    def act(what: bytes, token: str = "the-token") -> int:
-        address, headers = f"http://127.0.0.1:{port}/act", {"Authorization": f"Bearer {token}"}
-        try:
-            with urllib.request.urlopen(urllib.request.Request(address, what, headers), timeout=20) as answer:
-                return int(answer.status)
-        except urllib.error.HTTPError as error:
-            return error.code
-
-    try:
-        assert act(b'{"act": "hold"}', "another") == 401
-        assert not event.held
-        for wrong in (b"", b'{"act": "sleep"}', b'{"act": "hold", "more": 1}', b"[" * 10_000):
-            assert act(wrong) == 400
-        assert (act(b'{"act": "hold"}'), event.held) == (200, True)
-        assert (act(b'{"act": "go on"}'), event.held) == (200, False)
-        assert (act(b'{"act": "begin"}'), event.begun) == (200, True)
-        assert (act(b'{"act": "again"}'), event.again) == (200, True)
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}/state", timeout=20) as answer:
-            state = json.load(answer)
-        assert (state["title"], state["next"], state["page"]) == ("Open day", 1, 8080)
-        assert "the-token" not in json.dumps(state)
-    finally:
-        site.stop()
-
-
-@pytest.mark.system
-def test_an_event_plays_its_matches_and_goes_on_after_it_was_ended(event: Event, tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "vrg",
-        "event",
-        "day.toml",
-        "--listen",
-        f"127.0.0.1:{free_port('127.0.0.1', 18270)}",
+def test_a_score_is_corrected_with_a_reason_and_what_it_was_is_kept() -> None:
+    found = event()
+    played(found, NOW, confirm=False)
+    for score, winner, reason, why in (
+        ({"sharks": 5}, "sharks", "a", "score"),
+        ({"sharks": 5, "minnows": 5, "red": 1}, "sharks", "a", "score"),
+        ({"sharks": 5, "minnows": 10**9}, "sharks", "a", "score"),
+        ({"sharks": 5, "minnows": 1}, "red", "a", "score"),
+        ({"sharks": 5, "minnows": 1}, "sharks", "  ", "reason"),
+    ):
+        with pytest.raises(RefusalError, match=why):
+            found.correct(1, score, winner, reason)
+    found.correct(1, {"minnows": 4, "sharks": 3}, "minnows", "Not seen")
+    found.confirm(NOW)
+    found.correct(1, {"sharks": 3, "minnows": 3}, "draw", "Seen")
+    row = restarted(found).state(NOW)["matches"][0]
+    assert (row["score"], row["winner"]) == ([("sharks", 3), ("minnows", 3)], "draw")
+    assert [(one["reason"], one["score"], one["winner"]) for one in row["corrections"]] == [
+        ("Not seen", {"sharks": 2, "minnows": 1}, "sharks"),
+        ("Seen", {"sharks": 3, "minnows": 4}, "minnows"),
     ]
-    with (tmp_path / "out.txt").open("wb") as out:
-        process = subprocess.Popen(command, cwd=tmp_path, stdout=out, stderr=subprocess.STDOUT)
-    try:
-        until = time.monotonic() + PATIENCE
-        while not (event.folder / "outcomes.json").exists():
-            waits = process.poll() is None and time.monotonic() < until
-            assert waits, (tmp_path / "out.txt").read_text()
-            threading.Event().wait(0.1)
-        again = Event(event.table, event.base, event.folder)
-        assert again.next == 1
-        assert (tmp_path / again.outcomes[0].run / "result.json").is_file()
-    finally:
-        os.kill(process.pid, signal.SIGINT)
-        process.wait(PATIENCE)
 
 
-def test_an_event_is_run_once(event: Event, tmp_path: Path) -> None:
-    with owned(event.folder):
-        done = invoke("event", str(tmp_path / "day.toml"))
-    assert f"process {os.getpid()}, or what it has started, works here already" in str(done.exception)
+def test_a_match_is_played_again_before_all_others_also_from_its_review() -> None:
+    found = event()
+    played(found, NOW)
+    played(found, NOW, confirm=False)
+    found.again(2, NOW)
+    assert (found.phase, found.state(NOW)["n"], found.state(NOW)["left"]) == ("waiting", 2, 60.0)
+    assert played(found, NOW) == 2
+    assert played(found, NOW) == 3
+    assert (found.state(NOW)["phase"], found.next) == ("over", None)
+    found.again(3, NOW)
+    found.again(1, NOW)
+    assert [played(found, NOW), played(found, NOW)] == [1, 3]
 
 
-@pytest.mark.system
-def test_the_match_of_an_event_that_is_killed_ends(tmp_path: Path) -> None:
-    (tmp_path / "long.toml").write_text(long_match("long"))
-    (tmp_path / "day.toml").write_text('title = "Open day"\n[[matches]]\nmatch = "long.toml"\n')
-    listen = f"127.0.0.1:{free_port('127.0.0.1', 18370)}"
-    process = subprocess.Popen([sys.executable, "-m", "vrg", "event", "day.toml", "--listen", listen], cwd=tmp_path)
-    until = time.monotonic() + PATIENCE
-    try:
-        while not [*tmp_path.glob("day/runs/*/journal.jsonl")] and time.monotonic() < until:
-            threading.Event().wait(0.1)
-        started = psutil.Process(process.pid).children(recursive=True)
-    finally:
-        process.kill()
-        process.wait()
-    try:
-        assert len(started) > 5
-        _, alive = psutil.wait_procs(started, PATIENCE)
-        assert not alive
-    finally:
-        for one in psutil.wait_procs(started, 0.0)[1]:
-            one.kill()
+def test_results_survive_a_restart_and_an_unconfirmed_one_is_reviewed_again() -> None:
+    found = event()
+    played(found, NOW)
+    played(found, NOW, confirm=False)
+    again = restarted(found, now=NOW + 500.0)
+    assert (again.phase, again.on, again.state(NOW + 500.0)["left"]) == ("review", "Cid against Dee", 30.0)
+    assert [one["state"] for one in again.state(NOW)["matches"]] == ["confirmed", "review", "waiting"]
+    again.hold(NOW + 510.0, "official")
+    assert restarted(again, now=NOW + 900.0).step(NOW + 2000.0) is None
+    assert restarted(again).held == {"why": "official"}, "what was held begins nothing by itself"
+
+
+def test_results_stay_with_their_matches_if_the_timetable_changes() -> None:
+    found = event()
+    played(found, NOW, 1, 0)
+    played(found, NOW, 2, 0)
+    first, second, third = THREE
+
+    def scores(*matches: Mapping[str, Any]) -> list[Any]:
+        return [one.get("score", [("", "")])[0][1] for one in restarted(found, table(*matches)).state(NOW)["matches"]]
+
+    new = {"match": "other.toml", "title": "New"}
+    assert scores(third, second, new, first) == ["", 2, "", 1], "by title"
+    changed = {**first, "title": "Ann against Bert"}
+    assert scores(changed, second, third) == [1, 2, ""], "a title was changed"
+    assert scores(changed, second) == [1, 2], "and a match was left out"
+    with pytest.raises(ConfigError, match="found those of 'Ann against Bob'"):
+        scores(second, new)
+    with pytest.raises(ConfigError, match="'Ann against Bob', 'Cid against Dee'"):
+        scores(new)
+
+
+def test_a_changed_title_is_found_by_what_was_played_wherever_it_stands() -> None:
+    ann = {"match": "tiny.toml", "title": "A", "strategies": {"sharks": "ann.py"}}
+    bob = {"match": "tiny.toml", "title": "B", "strategies": {"sharks": "bob.py"}, "seed": 7}
+    found = event(table(ann, bob))
+    played(found, NOW)
+    again = restarted(found, table({**bob, "title": "Bob"}, {**ann, "title": "Ann"}))
+    assert words(again) == [None, "the end"]
+    reseeded = restarted(found, table({**ann, "title": "Ann", "seed": 9}, bob))
+    assert words(reseeded) == ["the end", None], "by its number, as the game is the same"
+
+
+def test_officials_correct_a_title_while_the_event_runs() -> None:
+    found = event()
+    played(found, NOW)
+    found.rename(1, "  Ann against Bert ")
+    again = restarted(found)
+    assert (again.state(NOW)["matches"][0]["title"], words(again)[0]) == ("Ann against Bert", "the end")
+    again.rename(1, "")
+    assert again.state(NOW)["matches"][0]["title"] == "Ann against Bob"
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"{", b"[]", b'{"outcomes": 3}', b"[" * 100_000, b"\xff", b'{"seeds": {"x": []}}']
+)
+def test_what_was_kept_and_is_damaged_gives_words(content: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "event.json"
+    assert read_kept(file) == Kept()
+    file.write_bytes(content)
+    with pytest.raises(ConfigError, match="move it away"):
+        read_kept(file)
+
+
+def test_a_qualification_is_drawn_ranked_and_seeds_the_bracket() -> None:
+    of = table(
+        {"match": "tiny.toml", "kind": "qualification", "each": 3},
+        {"match": "tiny.toml", "kind": "bracket", "elimination": "single", "title": "Finals"},
+        teams=TEAMS,
+    )
+    found = event(of, game=EVEN)
+    drawn = [one for one in found.plan.fixtures if one.of.kind == "qualification"]
+    assert len(drawn) == 6
+    assert sorted(name for one in drawn for name in one.of.teams) == sorted(["Ann", "Bob", "Cid", "Dee"] * 3)
+    assert [dict(one.of.strategies)["red"] for one in drawn] == [f"{one.of.teams[0]}.py" for one in drawn]
+    later = found.state(NOW)["matches"][6:]
+    assert [one["who"] for one in later[:1]] == [({"place": 1}, {"place": 4})]
+    assert later[2]["who"] == ({"winner": "7"}, {"winner": "8"})
+    strength = {"Dee": 4, "Cid": 3, "Bob": 2, "Ann": 1}
+    while found.next is not None and found.next.of.kind == "qualification":
+        first, second = found.next.of.teams
+        played(found, NOW, strength[first], strength[second], confirm=False)
+        assert not any(row.name == "Dee" and row.played == 4 for row in found.plan.table)
+        found.confirm(NOW)
+    assert [row["name"] for row in found.state(NOW)["ranking"]] == ["Dee", "Cid", "Bob", "Ann"]
+    assert found.state(NOW)["matches"][6]["who"] == ({"name": "Dee"}, {"name": "Ann"})
+
+    played(found, NOW, 1, 1)  # a draw is for the better placed one
+    assert found.state(NOW)["matches"][8]["who"] == ({"name": "Dee"}, {"winner": "8"})
+    found.correct(1, {"red": 0, "blue": 0}, "draw", "Late")  # the bracket has begun: its seeds stay
+    assert [one.of.teams for one in found.plan.fixtures[6:8]] == [("Dee", "Ann"), ("Cid", "Bob")]
+    played(found, NOW, 0, 1)
+    again = restarted(found)
+    assert again.next is not None
+    assert again.next.of.teams == ("Dee", "Bob")
+    played(again, NOW, 0, 3)
+    assert (again.plan.champion, again.state(NOW)["phase"]) == ("Bob", "over")
+    with pytest.raises(RefusalError, match="followed") as refused:
+        again.correct(8, {"red": 2, "blue": 1}, "red", "Wrong")
+    assert refused.value.found == {"why": "followed", "n": 9}
+    with pytest.raises(RefusalError, match="followed"):
+        again.again(7, NOW)
+    again.again(9, NOW)
+    again.correct(8, {"red": 2, "blue": 1}, "red", "Wrong")
+    assert again.next is not None
+    assert again.next.of.teams == ("Dee", "Cid")
+
+
+def test_where_teams_have_other_roles_a_pairing_is_two_matches_and_the_sum_of_points_decides() -> None:
+    of = table({"match": "tiny.toml", "kind": "bracket", "places": 2, "title": "Final"}, teams=TEAMS)
+    found = event(of)
+    assert [one.of.teams for one in found.plan.fixtures] == [("Ann", "Bob"), ("Bob", "Ann")]
+    assert [one.of.strategies["sharks"] for one in found.plan.fixtures] == ["Ann.py", "Bob.py"]
+    played(found, NOW, 2, 1)
+    played(found, NOW, 3, 1)
+    assert found.plan.champion == "Bob"
+    found.correct(2, {"sharks": 3, "minnows": 2}, "sharks", "Seen later")
+    assert found.plan.champion == "Ann", "a draw of 4 : 4 is for the better placed one"
+
+
+def test_a_second_final_is_played_only_if_it_is_needed() -> None:
+    of = table({"match": "tiny.toml", "kind": "bracket", "elimination": "double"}, teams=TEAMS)
+    for upset in (False, True):
+        found = event(of, game=EVEN)
+        count = 0
+        while found.next is not None:
+            assert found.next.stands is not None
+            final = found.next.stands.part == "final"
+            played(found, NOW, *((0, 1) if upset and final else (1, 0)))
+            count += 1
+        rows = found.state(NOW)["matches"]
+        assert (count, rows[-1]["state"]) == ((7, "confirmed") if upset else (6, "unneeded"))
+        assert found.plan.champion is not None
+
+
+def test_a_bracket_with_a_team_that_is_gone_is_refused_in_words() -> None:
+    of = table({"match": "tiny.toml", "kind": "bracket"}, teams=TEAMS)
+    found = event(of, game=EVEN)
+    played(found, NOW)
+    with pytest.raises(ConfigError, match="expected Dee among the teams"):
+        restarted(found, table({"match": "tiny.toml", "kind": "bracket"}, teams=TEAMS[:3]))
+
+
+def test_pages_get_what_changes_seldom_only_once() -> None:
+    found = event()
+    whole = found.state(NOW)
+    assert "matches" not in found.state(NOW, whole["version"])
+    played(found, NOW)
+    assert "matches" in found.state(NOW, whole["version"])
+
+
+def test_results_are_files_for_spreadsheets_and_programs() -> None:
+    found = event(table({"match": "tiny.toml", "title": '=HYPERLINK("x")'}, {"match": "tiny.toml", "title": "Änn"}))
+    played(found, NOW)
+    found.correct(1, {"sharks": -1, "minnows": 4}, "minnows", "@home")
+    data = as_csv(found)
+    assert data.startswith(b"\xef\xbb\xbf")
+    first, second = csv.DictReader(io.StringIO(data.decode("utf-8-sig")))
+    assert first["title"] == """'=HYPERLINK("x")"""
+    assert (first["points of first"], first["winner"], first["corrected because"]) == ("-1", "minnows", "'@home")
+    assert (first["score"], first["score before"]) == ("sharks -1, minnows 4", "sharks 2, minnows 1")
+    assert (second["title"], second["state"]) == ("Änn", "waiting")
+    assert [harmless(text) for text in ("+1", "-1", "@x", "a=1", "")] == ["'+1", "'-1", "'@x", "a=1", ""]
+    assert msgspec.json.decode(as_json(found))["matches"][0]["title"] == '=HYPERLINK("x")'
+
+
+def test_a_match_of_more_than_two_sides_or_of_one_has_results_too() -> None:
+    for sides in (("red",), ("red", "blue", "green")):
+        found = event(table({"match": "x"}), game=Game(sides, 1))
+        found.step(NOW)
+        found.ended(Report(words="the end", score=dict.fromkeys(sides, 1), winner="red"), NOW)
+        assert b"the end" in as_csv(found)

@@ -31,13 +31,13 @@ class Desk:
 
     Args:
         step: the step of the last try, by its name. tried: the last try. pages: those that listen.
-        version: the number of the version that was tried last.
+        language: of the lesson, as the browser of the last request prefers it.
         last: when the last request came that costs something, s of the monotonic clock.
         asking: how many requests are answered or wait. turn: whose holder is answered.
     """
 
     step: str = ""
-    version: int = 0
+    language: str = ""
     tried: Try | None = None
     pages: list[Page] = field(default_factory=list)
     last: float = 0.0
@@ -73,16 +73,16 @@ class Classroom:
 
     Attributes:
         desks: by the folder of the student. message, halted: what the teacher has to say to all.
-        roster_problem: why a roster that was changed is not used, in words; empty for none.
+        closed: nobody may join any more. roster_problem: why a changed roster is not used, in words; empty for none.
     """
 
     def __init__(self, folder: ClassFolder) -> None:
         self.folder = folder
         self.desks: defaultdict[str, Desk] = defaultdict(Desk)
-        self.message, self.halted, self.roster_problem = "", False, ""
+        self.message, self.halted, self.closed, self.roster_problem = "", False, False, ""
         # All that is written goes through one thread: in the order of the requests, and nobody waits for a slow disk.
         self.disk = ThreadPoolExecutor(1, "class folder")
-        self._roster_time = self._time_of_roster()
+        self._roster_time = 0
 
     async def write(self, act: Callable[..., T], *arguments: Any, **named: Any) -> T:
         """Do something with the folder of the class, on the thread for it."""
@@ -103,6 +103,10 @@ class Classroom:
             raise RefusalError("taken", name=name)
         try:
             return self.folder.join(name)
+        except OSError:  # it is known, and written as soon as there is room
+            if (student := self.folder.named(name)) is None:
+                raise
+            return student
         except OverflowError:
             raise RefusalError("full", count=len(self.folder.students)) from None
 
@@ -112,15 +116,17 @@ class Classroom:
         Raises:
             OSError: it still cannot be written.
         """
-        self.folder.settle()
         changed = self._time_of_roster()
         if changed != self._roster_time:
-            self._roster_time = changed
             try:
-                self.folder.keep_about(roster=read_roster(Path(self.folder.about.roster_file)))
+                roster = read_roster(Path(self.folder.about.roster_file))
                 self.roster_problem = ""
+                if roster != self.folder.about.roster:
+                    self.folder.keep_about(roster=roster)
             except ConfigError as error:  # the one before stays
                 self.roster_problem = str(error)
+            self._roster_time = changed
+        self.folder.settle()
 
     def _time_of_roster(self) -> int:
         """When the roster was changed; 0 if it has no file."""

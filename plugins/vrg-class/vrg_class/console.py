@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from aiohttp import web
-from msgspec import Struct, structs
+from msgspec import structs
 
 from vrg.launch.sandbox.seal import missing
 from vrg.ui.web.admission import is_token
 from vrg_class import requests
 from vrg_class.classroom import CHANGED, UNKNOWN, Classroom, name_of
-from vrg_class.folder import Student
+from vrg_class.folder import Student, alike
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step
 from vrg_class.links import TOKEN_BYTES
@@ -60,7 +60,8 @@ class Console:
             for student in self._folder.students.values()
         ]  # fmt: skip
         return {
-            "students": found, "message": self._room.message, "halted": self._room.halted, "busy": self._tries.busy,
+            "students": found, "message": self._room.message, "halted": self._room.halted,
+            "closed": self._room.closed, "busy": self._tries.busy,
             "jobs": self._tries.jobs, "sealed": self._tries.sealed, "lacking": missing() or "",
             "steps": {name: step.head.title for name, step in self._lesson.items()},
             "problems": [*self._folder.problems, *filter(None, [self._room.roster_problem])],
@@ -71,6 +72,8 @@ class Console:
         if wanted.halted is not None:
             self._room.halted = wanted.halted
             self._tries.halt(halted=wanted.halted)
+        if wanted.closed is not None:
+            self._room.closed = wanted.closed
         if wanted.message is not None:
             self._room.message = wanted.message
         for desk in self._room.desks.values():
@@ -78,10 +81,10 @@ class Console:
         return {}
 
     async def _code(self, request: web.Request) -> Any:
-        return {"code": await self._room.write(self._folder.code, await self._student(request, requests.OfStudent))}
+        student = self._student(await read(request, requests.OfStudent))
+        return {"code": await self._room.write(self._folder.code, student)}
 
-    async def _student(self, request: web.Request, kind: type[Struct]) -> Student:
-        wanted: Any = await read(request, kind)
+    def _student(self, wanted: requests.OfStudent | requests.Change) -> Student:
         if (student := self._folder.students.get(wanted.student)) is None:
             raise RefusalError("student", 404)
         return student
@@ -92,30 +95,28 @@ class Console:
         if wanted.act == "add":
             added = await self._room.write(self._room.joined, name_of(wanted.name))
             return {"id": added.folder, "link": added.token}
-        student = await self._student(request, requests.Change)
-        await self._room.write(self._changed, wanted, student.folder)
-        desk = self._room.desks[student.folder]
+        await self._room.write(self._changed, wanted)
+        self._league.forget_names()
+        desk = self._room.desks[wanted.student]
         if wanted.act in ("remove", "reset") and desk.tried is not None:
             desk.tried.drop()
             desk.tried, desk.step = None, ""
         pages, desk.pages = desk.pages, []
         for page in pages:
-            await page.socket.close(code=UNKNOWN if wanted.act in ("remove", "revoke") else CHANGED)
-        self._league.forget_names()
-        known = self._folder.students.get(student.folder)
+            page.leave(UNKNOWN if wanted.act in ("remove", "revoke") else CHANGED)
+        known = self._folder.students.get(wanted.student)
         return {} if known is None else {"link": known.token}
 
-    def _changed(self, wanted: requests.Change, folder: str) -> None:
-        """Do what the teacher wants with a student who is there; on the thread of the folder."""
-        place = self._folder
-        if (student := place.students.get(folder)) is None:
-            raise RefusalError("student", 404)
+    def _changed(self, wanted: requests.Change) -> None:
+        """Do what the teacher wants with a student; on the thread of the folder."""
+        place, student = self._folder, self._student(wanted)
         match wanted.act:
             case "rename":
-                name = name_of(wanted.name)
-                if place.named(name) not in (None, student):
+                name, known_as = name_of(wanted.name), student.known_as or student.name
+                others = [other for other in place.about.roster if alike(other) != alike(known_as)]
+                if place.named(name) not in (None, student) or alike(name) in map(alike, others):
                     raise RefusalError("taken", name=name)
-                place.keep(structs.replace(student, name=name, known_as=student.known_as or student.name))
+                place.keep(structs.replace(student, name=name, known_as=known_as))
             case "remove":
                 place.remove(student)
             case "revoke":

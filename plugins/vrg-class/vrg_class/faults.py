@@ -22,13 +22,14 @@ class Fault(Struct, frozen=True, kw_only=True):
     Args:
         text: what went wrong, as Python has it. line: in the student's code, from 1; None if that is not known.
         time: the match time, s; None if it was before the match.
-        kind: such as `NameError`; empty if it has none.
+        kind: such as `NameError`; empty if it has none. limit: what `act` has exceeded, s; None for nothing.
     """
 
     text: str
     line: int | None = None
     time: float | None = None
     kind: str = ""
+    limit: float | None = None
 
 
 def fault_of(text: str, code: str) -> Fault:

@@ -25,7 +25,7 @@ import msgspec
 from msgspec import Struct, structs
 
 from vrg.errors import ConfigError
-from vrg.files import read_bytes, write_whole
+from vrg.files import make_folder, read_bytes, write_whole
 from vrg.ui.web.admission import is_token
 from vrg_class.links import TOKEN_BYTES
 
@@ -189,9 +189,9 @@ class ClassFolder:
         plain, number = folder_name(name), 1
         while (folder := plain if number == 1 else f"{plain}-{number}") in self.students:
             number += 1
-        # Where the record of a student was lost, the code is still there.
-        versions = max((int(file.name) for file in self._versions(folder).glob("[0-9]*")), default=0)
         token = secrets.token_urlsafe(TOKEN_BYTES)
+        # Where the record of a student was lost, the code is still there.
+        versions = self._newest(folder)
         return self.keep(Student(name=name, token=token, folder=folder, versions=versions, since=time.time()))
 
     def keep(self, student: Student) -> Student:
@@ -277,12 +277,12 @@ class ClassFolder:
         last = self.file(student, student.versions)
         stood = not last.exists() or time.time() - last.stat().st_mtime > APART
         if before and (apart or stood or len(before) - len(code) > MUCH):
-            student, _ = self.version(student, before)
+            student = self.version(student, before)
         write_whole(self.of(student) / CODE, code.encode(errors="replace"), 0o600, synced=True)
         return student
 
-    def version(self, student: Student, code: str) -> tuple[Student, Path]:
-        """Keep code as a version, unless the newest one is the same; it and its file.
+    def version(self, student: Student, code: str) -> Student:
+        """Keep code as a version, unless the newest one is the same.
 
         Raises:
             OSError: it cannot be written.
@@ -291,11 +291,11 @@ class ClassFolder:
         if not last.is_file() or last.read_bytes() != data:
             student = structs.replace(student, versions=student.versions + 1)
             last = self.file(student, student.versions)
-            last.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            make_folder(last.parent, 0o700)
             write_whole(last, data, 0o600, synced=True)
             self._drop_old(student)
             student = self.keep(student)
-        return student, last
+        return student
 
     def hand_in(self, student: Student) -> Student:
         """Let the newest version take part in the league.
@@ -322,6 +322,12 @@ class ClassFolder:
     def _versions(self, folder: str) -> Path:
         return self.path / "students" / folder / "versions"
 
+    def _newest(self, folder: str) -> int:
+        """The number of the newest version in a folder; 0 for none."""
+        return max(
+            (int(file.name) for file in self._versions(folder).glob("[0-9]*") if file.name.isdecimal()), default=0
+        )
+
     def _drop_old(self, student: Student) -> None:
         number = student.versions - MOST_VERSIONS
         file = self.file(student, number)
@@ -335,12 +341,13 @@ class ClassFolder:
             file = place / "student.json"
             try:
                 student = msgspec.json.decode(read_bytes(file), type=Student)
-                found[place.name] = structs.replace(student, folder=place.name)
+                versions = max(student.versions, self._newest(place.name))
+                found[place.name] = structs.replace(student, folder=place.name, versions=versions)
             except (OSError, ValueError) as error:
                 self.problems.append(f"{file}: cannot be read: {error}: who joins by this name has the code again")
         return found
 
     @staticmethod
     def _write(path: Path, what: Struct) -> None:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(path.parent, 0o700)
         write_whole(path, msgspec.json.format(msgspec.json.encode(what)) + b"\n", 0o600, synced=True)

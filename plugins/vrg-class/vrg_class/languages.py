@@ -19,9 +19,9 @@ def preferred(accepted: str, known: Collection[str]) -> str:
     """
     wanted = []
     for place, part in enumerate(accepted[:500].split(",")):
-        tag, _, quality = part.partition(";q=")
+        tag, _, quality = part.replace(" ", "").partition(";q=")
         try:
-            wanted.append((-float(quality or 1.0), place, tag.strip().lower().split("-")[0]))
+            wanted.append((-float(quality or 1.0), place, tag.lower().split("-")[0]))
         except ValueError:
             continue
     return next((tag for weight, _, tag in sorted(wanted) if weight < 0 and tag in (*known, ENGLISH)), ENGLISH)

@@ -2,6 +2,7 @@
 
 import contextlib
 import subprocess
+import threading
 import time
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -42,7 +43,7 @@ class ClassLeague:
     def __init__(self, folder: ClassFolder, match: str) -> None:
         self._folder, self._match = folder, match
         self._process: subprocess.Popen[bytes] | None = None
-        self._wanted = any(folder.entries.iterdir())
+        self._wanted, self._lock = any(folder.entries.iterdir()), threading.Lock()
         self._closed, self._since = False, 0.0
         self._rows: list[dict[str, Any]] = []
         self._places: dict[str, int] = {}
@@ -54,7 +55,8 @@ class ClassLeague:
 
     def renew(self) -> None:
         """Take in what was handed in, once there is time."""
-        self._wanted = True
+        with self._lock:
+            self._wanted = True
 
     def forget_names(self) -> None:
         """Make the board anew, as names have changed or somebody has gone."""
@@ -62,6 +64,10 @@ class ClassLeague:
 
     def rest(self, *, rests: bool) -> None:
         """Let no games begin, or let them, and look at those that were played: to be called again and again."""
+        with self._lock:
+            self._rest(rests=rests)
+
+    def _rest(self, *, rests: bool) -> None:
         self._look()
         now = time.monotonic()
         if self._process is not None and self._process.poll() is not None:
@@ -139,7 +145,8 @@ class ClassLeague:
 
     def close(self) -> None:
         """End the games that are played. What was played is kept."""
-        self._closed = True
+        with self._lock:
+            self._closed = True
         if self._process is not None:
             self._process.terminate()
             with contextlib.suppress(subprocess.TimeoutExpired):

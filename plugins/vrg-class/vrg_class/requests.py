@@ -7,7 +7,8 @@ from msgspec import Meta, Struct
 from vrg_class.folder import CODE_SIZE
 
 Name = Annotated[str, Meta(max_length=80)]
-Code = Annotated[str, Meta(max_length=CODE_SIZE)]
+Code = Annotated[str, Meta(max_length=5 * CODE_SIZE)]
+"""More than a student may have, so that one who has more is told so."""
 Number = Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
@@ -21,12 +22,6 @@ class Join(Struct, frozen=True, forbid_unknown_fields=True):
 
 class Nothing(Struct, frozen=True):
     """A request for which it is enough who asks."""
-
-
-class Me(Struct, frozen=True, forbid_unknown_fields=True):
-    """A page wants all that it shows; `language` is what the browser prefers, such as `de-CH,en`."""
-
-    language: Annotated[str, Meta(max_length=500)] = ""
 
 
 class Save(Struct, frozen=True, forbid_unknown_fields=True):
@@ -67,9 +62,10 @@ class OfVersion(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Decide(Struct, frozen=True, forbid_unknown_fields=True):
-    """The teacher halts or goes on, or has a message for everybody; None leaves either as it is."""
+    """The teacher halts or goes on, lets nobody join any more, or has a message for all; None leaves each as it is."""
 
     halted: bool | None = None
+    closed: bool | None = None
     message: Annotated[str, Meta(max_length=300)] | None = None
 
 

@@ -20,15 +20,14 @@ from vrg.ui.web.parts import encode
 from vrg_class import requests
 from vrg_class.classroom import UNKNOWN, Classroom, Desk, name_of
 from vrg_class.console import Console
-from vrg_class.folder import ClassFolder, Student, revision
-from vrg_class.languages import preferred
+from vrg_class.folder import CODE_SIZE, ClassFolder, Student, revision
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step, first_code, languages
 from vrg_class.links import Served
 from vrg_class.page import HELLO, Page
 from vrg_class.roster import Guesses, listed
-from vrg_class.site import DaySite, RefusalError, read
-from vrg_class.trial import FRAME
+from vrg_class.site import DaySite, RefusalError, language_of, read
+from vrg_class.trial import FRAME, kind_of
 from vrg_class.tries import Tries, Try, others_of, setup_of, teams_of
 
 TABS: Final = 3
@@ -84,7 +83,7 @@ class ClassSite(DaySite):
         self._tries = self._make_tries()
         router.add_post("/join", self.told(self._join))
         for path, kind, answer in (
-            ("/me", requests.Me, self._me), ("/save", requests.Save, self._take),
+            ("/me", requests.Nothing, self._me), ("/save", requests.Save, self._take),
             ("/try", requests.Try, self._try), ("/hand-in", requests.Save, self._hand_in),
             ("/start", requests.Start, self._start), ("/versions", requests.Nothing, self._versions),
             ("/version", requests.OfVersion, self._version),
@@ -100,11 +99,10 @@ class ClassSite(DaySite):
         """Tell the pages that this is the end."""
         self._ticking.cancel()
         self._tries.close()
+        for page in [page for desk in self._room.desks.values() for page in desk.pages]:
+            page.leave(WSCloseCode.GOING_AWAY)
         await asyncio.to_thread(self._league.close)
         await asyncio.to_thread(self._room.disk.shutdown)
-        for page in [page for desk in self._room.desks.values() for page in desk.pages]:
-            with contextlib.suppress(Exception):
-                await page.socket.close(code=WSCloseCode.GOING_AWAY)
 
     # Who asks
 
@@ -116,14 +114,20 @@ class ClassSite(DaySite):
             if self._folder.of_token(token) is None:
                 raise RefusalError("unknown", 401)
             wanted = await read(request, kind)
-            student = self._folder.of_token(token)  # what is known of a student may change until all has come
-            if student is None:
+            if (student := self._folder.of_token(token)) is None:
                 raise RefusalError("unknown", 401)
             self.let_in(request, student.folder)
             desk = self._room.desks[student.folder]
-            if kind is requests.Start:  # the field of a step is played once for all, and may take its time
+            desk.language = language_of(request, self._languages)
+
+            async def found() -> Any:
+                # What is known of a student may have changed until it is its turn.
+                if (student := self._folder.of_token(token)) is None:
+                    raise RefusalError("unknown", 401)
                 return await answer(wanted, student, desk)
-            return await desk.answered(lambda: answer(wanted, student, desk))
+
+            # The field of a step is played once for all, and may take its time.
+            return await (found() if kind is requests.Start else desk.answered(found))
 
         return handler
 
@@ -134,6 +138,8 @@ class ClassSite(DaySite):
         if not is_token(self.token_of(request), about.joining):
             raise RefusalError("joining-link", 401)
         name = name_of(wanted.name)
+        if self._room.closed and self._folder.named(name) is None:
+            raise RefusalError("closed")
         if about.roster:
             if self._guesses.are_over(name, wanted.device, time.monotonic()):
                 raise RefusalError("guesses")
@@ -149,49 +155,53 @@ class ClassSite(DaySite):
         self.let_in(request, "")
         return {"token": student.token, "name": student.name}
 
-    async def _me(self, wanted: requests.Me, student: Student, desk: Desk) -> Any:
+    async def _me(self, _wanted: requests.Nothing, student: Student, desk: Desk) -> Any:
         kept = await self._room.write(self._folder.code, student)
-        language = preferred(wanted.language, self._languages)
         steps = [
             {
                 "name": step.name, "title": told.title, "done": step.name in student.done,
                 "text": self._markdown.render(told.text), "hint": told.hint,
             }
             for step in self._lesson.values()
-            for told in [step.told(language)]
+            for told in [step.told(desk.language)]
         ]  # fmt: skip
-        first = "" if kept or self._home is None else first_code(self._home, language)
         return {
-            "name": student.name, "game": self._title, "code": kept or first, "revision": revision(kept),
-            "steps": steps, "step": desk.step, "versions": student.versions, "handed": student.handed,
+            "id": student.folder, "name": student.name, "game": self._title,
+            "code": kept or self._first(desk), "revision": revision(kept), "steps": steps, "step": desk.step,
+            "versions": student.versions, "handed": student.handed,
             "message": self._room.message, "halted": self._room.halted, "messages": desk.tried is not None,
         }  # fmt: skip
+
+    def _first(self, desk: Desk) -> str:
+        """The code with which a student begins."""
+        return "" if self._home is None else first_code(self._home, desk.language)
 
     async def _take(self, wanted: requests.Save, student: Student, desk: Desk, *, as_version: bool = False) -> Any:
         """Save code, and tell the other pages of its student; what is known of it then.
 
         Raises:
-            RefusalError: it was made from code that is not the newest one. Both are kept.
+            RefusalError: it was made from code that is not the newest one. Both are kept as versions.
         """
-        is_newest, found = await self._room.write(self._taken, wanted, student.folder, as_version)
-        if not is_newest:
-            raise RefusalError("stale", 409, **found)
+        if len(wanted.code) > CODE_SIZE:
+            raise RefusalError("long", 413, most=CODE_SIZE)
+        found = await self._room.write(self._taken, wanted, student.folder, as_version, desk)
         desk.show(encode({"t": "saved", "code": wanted.code, "revision": found["revision"]}))
         return found
 
-    def _taken(self, wanted: requests.Save, folder: str, as_version: bool) -> tuple[bool, dict[str, Any]]:
-        """Whether the code was made from the newest one, and what is known then; on the thread of the folder."""
-        student = self._folder.students.get(folder)
+    def _taken(self, wanted: requests.Save, folder: str, as_version: bool, desk: Desk) -> dict[str, Any]:
+        """See `_take`; on the thread of the folder."""
+        place, student = self._folder, self._folder.students.get(folder)
         if student is None:
             raise RefusalError("unknown", 401)
-        now = self._folder.code(student)
-        is_newest = wanted.code == now or wanted.base == revision(now)
-        if is_newest:
-            student = self._folder.save(student, wanted.code, apart=wanted.apart)
-            now = wanted.code
-        if as_version or not is_newest:
-            student, _ = self._folder.version(student, wanted.code)
-        return is_newest, {"code": now, "revision": revision(now), "version": student.versions}
+        now = place.code(student)
+        if wanted.code != now and wanted.base != revision(now):
+            for code in filter(None, (now, wanted.code)):
+                student = place.version(student, code)
+            raise RefusalError("stale", 409, code=now or self._first(desk), revision=revision(now))
+        student = place.save(student, wanted.code, apart=wanted.apart)
+        if as_version:
+            student = place.version(student, wanted.code)
+        return {"revision": revision(wanted.code), "version": student.versions}
 
     async def _versions(self, _wanted: requests.Nothing, student: Student, _desk: Desk) -> Any:
         found, now = await self._room.write(self._folder.versions, student), time.time()
@@ -231,8 +241,7 @@ class ClassSite(DaySite):
             seconds=TRY_SECONDS if step is None else step.head.seconds,
             tell=lambda text: self._hear(owner, wanted.step, text),
         )  # fmt: skip
-        desk.version = taken["version"]
-        desk.show(encode({"t": "begin", "step": wanted.step, "version": desk.version}))
+        desk.tried.add(encode({"t": "begin", "step": wanted.step, "version": taken["version"]}))
         return {**taken, "place": self._tries.ask(desk.tried), "halted": self._room.halted}
 
     def _step(self, name: str) -> Step | None:
@@ -244,12 +253,13 @@ class ClassSite(DaySite):
     def _hear(self, folder: str, step: str, text: str) -> None:
         """Take in a message of a try, and show it to its student."""
         self._room.desks[folder].show(text)
-        if text.startswith('{"t":"error"'):
-            fault = msgspec.json.decode(text)
-            self._room.disk.submit(
-                self._folder.change, folder, error=str(fault.get("text", "")), line=fault.get("line")
-            )
-        elif text.startswith('{"t":"end"') and (msgspec.json.decode(text).get("goal") or {}).get("reached") is not None:
+        kind, found = kind_of(text), {}
+        if kind in ("error", "end"):
+            found = msgspec.json.decode(text)
+        if kind == "error":
+            error, line = str(found.get("text", "")), found.get("line")
+            self._room.disk.submit(self._folder.change, folder, error=error, line=line)
+        elif kind == "end" and (found.get("goal") or {}).get("reached") is not None:
             self._room.disk.submit(self._done, folder, step)
 
     def _done(self, folder: str, step: str) -> None:
@@ -271,9 +281,9 @@ class ClassSite(DaySite):
             one = Try(
                 owner=f"start {name}", match=match, players={}, team=self._team if step is None else step.head.team,
                 goal=None, seconds=2 * FRAME,
-                tell=lambda text: found.set_result(one.messages) if text.startswith('{"t":"end"') else None,
+                tell=lambda text: found.set_result(one.messages) if kind_of(text) == "end" else None,
             )  # fmt: skip
-            found.add_done_callback(lambda _: one.messages[0].startswith('{"t":"about"') or self._starts.pop(name))
+            found.add_done_callback(lambda _: kind_of(one.messages[0]) == "about" or self._starts.pop(name))
             self._starts[name] = found
             self._tries.ask(one)
         return [msgspec.Raw(text.encode()) for text in await asyncio.shield(self._starts[name])]
@@ -281,9 +291,15 @@ class ClassSite(DaySite):
     async def _hand_in(self, wanted: requests.Save, student: Student, desk: Desk) -> Any:
         self._hurry(desk)
         taken = await self._take(wanted, student, desk, as_version=True)
-        student = await self._room.write(lambda: self._folder.hand_in(self._folder.students[student.folder]))
+        await self._room.write(self._handed, student.folder)
         self._league.renew()
-        return {**taken, "version": student.handed}
+        return taken
+
+    def _handed(self, folder: str) -> None:
+        """Let the newest version of a student play in the league; on the thread of the folder."""
+        if (student := self._folder.students.get(folder)) is None:
+            raise RefusalError("unknown", 401)
+        self._folder.hand_in(student)
 
     def _hurry(self, desk: Desk) -> None:
         now = time.monotonic()
@@ -306,13 +322,12 @@ class ClassSite(DaySite):
             await socket.close(code=UNKNOWN, message=b"this link is not known")
             return socket
         self.let_in(request)
-        desk, page = self._room.desks[student.folder], Page(socket)
+        desk, page = self._room.desks[student.folder], Page(socket, request.transport)
         desk.pages.append(page)
         while len(desk.pages) > TABS:
-            await desk.pages.pop(0).socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"too many pages")
+            desk.pages.pop(0).leave(WSCloseCode.POLICY_VIOLATION)
         page.send(self._room.news)
         if desk.tried is not None:  # what a closed page has missed
-            page.send(encode({"t": "begin", "step": desk.step, "version": desk.version}))
             for text in desk.tried.messages:
                 page.send(text)
         sending = asyncio.get_running_loop().create_task(page.serve())
@@ -366,3 +381,5 @@ class ClassSite(DaySite):
                 await self._room.write(self._room.look_at_disk)
             except OSError as error:
                 log.warning("what is known of students cannot be written yet: %s", error)
+            except Exception:  # nor does the class end because of its disk
+                log.exception("the folder of the class cannot be looked at")

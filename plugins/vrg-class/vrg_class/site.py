@@ -1,8 +1,8 @@
 """What the pages of a class and of an event have in common: answers and refusals as data, and codes to scan."""
 
 import asyncio
-import functools
 import io
+import time
 from collections.abc import Callable, Collection
 from importlib.resources import files
 from typing import Any, Final, TypeVar
@@ -14,11 +14,16 @@ from msgspec import Struct
 
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
+from vrg_class.folder import CODE_SIZE
 from vrg_class.languages import preferred, words
 from vrg_class.links import Served
 
 LINK_SIZE: Final = 300
 """The number of letters of a link of which a QR code is made."""
+PICTURE_EVERY: Final = 0.25
+"""The real time in s between two new pictures of links."""
+PICTURES: Final = 1000
+"""The number of pictures of links that are kept."""
 T = TypeVar("T", bound=Struct)
 
 
@@ -45,6 +50,8 @@ class DaySite(Site):
     def __init__(self, at: Served, page: str) -> None:
         own, served = files("vrg_class") / "static", at.page
         super().__init__(served.host, served.port, page, served.certificate, served.private_key, own=own, named=at.name)
+        self._pictures: dict[str, str] = {}
+        self._drawn = 0.0
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what all pages ask for."""
@@ -73,8 +80,15 @@ class DaySite(Site):
 
     async def _qr(self, request: web.Request) -> Any:
         """The picture of a link. The link is no part of the address, so that its token is in no log."""
-        wanted = await read(request, Link)
-        return {"svg": await asyncio.to_thread(_picture, wanted.text[:LINK_SIZE])}
+        text = (await read(request, Link)).text[:LINK_SIZE]
+        if text not in self._pictures:
+            # Making one takes long, so that whoever asks for ever new ones could hold up all others.
+            now = time.monotonic()
+            if now - self._drawn < PICTURE_EVERY or len(self._pictures) >= PICTURES:
+                raise RefusalError("haste")
+            self._drawn = now
+            self._pictures[text] = await asyncio.to_thread(_picture, text)
+        return {"svg": self._pictures[text]}
 
 
 def language_of(request: web.Request, known: Collection[str]) -> str:
@@ -96,11 +110,12 @@ async def read(request: web.Request, kind: type[T]) -> T:
     """
     try:
         return msgspec.json.decode(await request.read(), type=kind)
+    except web.HTTPRequestEntityTooLarge as error:
+        raise RefusalError("long", 413, most=CODE_SIZE) from error
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise RefusalError("request", words=f"expected {kind.__name__}: {error}") from None
 
 
-@functools.lru_cache(maxsize=256)
 def _picture(text: str) -> str:
     found = io.BytesIO()
     segno.make(text or "-", error="m").save(

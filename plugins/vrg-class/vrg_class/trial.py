@@ -68,6 +68,23 @@ _TRACES: Final = ("Traceback (most recent", "Current thread", "Thread 0x", "Fata
 """How lines begin that Python writes about a failure."""
 
 
+class Kind(Struct, frozen=True):
+    """The kind of a message."""
+
+    t: str
+
+
+_KINDS: Final = msgspec.json.Decoder(Kind)
+
+
+def kind_of(text: str) -> str:
+    """The kind of a message; empty if it is none."""
+    try:
+        return _KINDS.decode(text).t
+    except msgspec.DecodeError:
+        return ""
+
+
 class Job(Struct, frozen=True, kw_only=True):
     """A try that is to be played.
 
@@ -269,7 +286,7 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
         faults += [fault_of(failure.text, CODE) for failure in ending.failures if failure.player in reporter.own]
         winner, score, ended = ending.state.winner, dict(ending.state.score), ending.state.ended or ""
     if dog.hung.is_set():
-        faults = [Fault(text=f"act took more than {PATIENCE:g} s", line=dog.line, kind=ENDLESS)]
+        faults = [Fault(text=f"act took more than {PATIENCE:g} s", line=dog.line, kind=ENDLESS, limit=PATIENCE)]
     for fault in faults[:5]:
         send(parts.encode({"t": "error", **msgspec.to_builtins(fault)}))
     progress = reporter.progress

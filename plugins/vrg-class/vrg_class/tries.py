@@ -67,6 +67,7 @@ class Try:
     _child: Child | None = None
     _began: float = 0.0
     _dropped: bool = False
+    _late: bool = False
 
     def add(self, text: str) -> None:
         """Take in a message of its process; on the server's loop."""
@@ -149,6 +150,7 @@ class Tries:
             while not (await asyncio.wait([playing], timeout=_LOOKED))[0]:
                 one.slow = bool(self._waiting)
                 if one._child is not None and time.monotonic() - one._began > (FAIR if one.slow else LONGEST):
+                    one._late = True
                     await loop.run_in_executor(None, self._kill, one._child)
             await playing
         except VrgError as error:
@@ -190,14 +192,14 @@ class Tries:
                     data = pipe.recv_bytes(_MESSAGE)
                     size += len(data)
                     text = data.decode()
-                    complete |= text.startswith('{"t":"end"')
+                    complete |= trial.kind_of(text) == "end"
                     add(text)
         except (EOFError, OSError, UnicodeDecodeError):
             pass  # it has ended, or what it sends is no message of a try
         finally:
             self._kill(child)
         if not complete:
-            add(ended("slow" if one.slow else "long"))
+            add(ended("failed" if not one._late else "slow" if one.slow else "long"))
 
     def _kill(self, child: Child) -> None:
         with self._turn:

@@ -31,7 +31,7 @@ def test_the_state_says_stage_score_and_players(scene_at):
     gill = next(player for player in state["players"] if player["name"] == "gill")
     assert (gill["deed"], gill["out"]) == ("inactive", True)
     assert [player["name"] for player in state["players"] if player["physical"]] == ["bruce", "nemo"]
-    assert not state["over"]
+    assert (state["over"], state["stage"], state["waiting"]) == (False, "play_round", ())
     shapes = {body["name"]: body["figure"].shapes for body in parts.looks(scene_at(13.0))["bodies"]}
     assert [name for name, of in shapes.items() if of[-1].still] == ["gill", "squirt"], "they have a cross"
     assert [name for name, of in shapes.items() if of[1].fill == palette.TEXT] == ["bruce", "nemo"], "a light rim"

@@ -88,6 +88,8 @@ def state(scene: Scene) -> dict[str, Any]:
         "halted": scene.halted is not None,
         "estop": scene.estop,
         "over": scene.stage is Stage.GAME_OVER,
+        "stage": scene.stage,
+        "waiting": scene.waiting,
         "live": scene.live,
     }
 

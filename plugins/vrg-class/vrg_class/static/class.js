@@ -11,7 +11,7 @@ import { oddSign } from "./class_signs.js";
 import { Output, Values } from "./class_told.js";
 import { fault, outcome, Recording } from "./class_try.js";
 import { askWhich, listVersions } from "./class_versions.js";
-import { isLacking, keep, kept } from "./day_storage.js";
+import { drop, isLacking, keep, kept } from "./day_storage.js";
 import { fill, value, words } from "./day_words.js";
 import { Field } from "./field.js";
 import { Match } from "./match.js";
@@ -41,13 +41,14 @@ async function enter() {
   token = ownToken();
   if (!token) return showJoining("", enter);
   try {
-    me = null;
-    const stale = await sendLeft(token);
-    begin(await ask("me", token, { language: navigator.languages.join(",") }));
-    if (stale) keeper.isStale(stale.here, stale.there);
+    let found = await ask("me", token);
+    const { sent, here, there } = await sendLeft(found.id, token);
+    if (sent) found = await ask("me", token);
+    begin(found);
+    if (there) keeper.isStale(here, there);
   } catch (refusal) {
     if (refusal.status === 401) return showJoining(refusal.message, enter);
-    body.dataset.screen = "wait";
+    if (!me) body.dataset.screen = "wait";
     notice(refusal.message);
     setTimeout(enter, 3000);
   }
@@ -58,12 +59,15 @@ function begin(found) {
   say("student", found.name);
   document.title = `${found.name} · VRG`;
   byId("own-link").value = ownLink();
-  keeper?.stop();
-  editor.code = found.code;
-  keeper = new Keeper(token, found.revision, () => editor.code, (text) => say("saved", text), which);
+  if (me?.id === found.id && keeper.unsaved) keeper.token = token; // what is typed here goes on
+  else {
+    keeper?.stop();
+    editor.code = found.code;
+    keeper = new Keeper(found.id, token, found.revision, () => editor.code, (text) => say("saved", text), which);
+    say("saved", words("student.saved"));
+  }
   me = found;
-  say("saved", words("student.saved"));
-  const place = `vrg-class-step-${token}`;
+  const place = `vrg-class-step-${found.id}`;
   lesson = new Lesson(found.steps, (name) => {
     keep(place, name);
     showStart(name);
@@ -81,33 +85,34 @@ function begin(found) {
 
 /** The class has newer code: ask with which one to go on. What is not chosen stays as a version. */
 function which(here, there) {
-  askWhich(here, there.code, async (isHere) => {
+  askWhich(here, there.code, (isHere) => {
     keeper.chosen(there.revision);
     if (!isHere) {
       editor.replace(there.code);
       return keeper.saved(there.code, there.revision);
     }
     if (editor.code !== here && editor.code === there.code) editor.replace(here);
-    await keeper.send("save", { apart: true }).catch((refusal) => notice(refusal.message));
+    keeper.changed(true);
+    keeper.save();
   });
 }
 
 /** Take former code back. What stands here is kept as a version. */
 async function takeBack(code, number) {
   editor.replace(code);
-  try {
-    await keeper.send("save", { apart: true });
-    notice(words("student.tookBack", { number }));
-    listVersions(token, takeBack);
-  } catch (refusal) {
-    notice(refusal.message);
-  }
+  keeper.changed(true);
+  await keeper.save();
+  if (keeper.unsaved) return; // it is told, and tried again
+  notice(words("student.tookBack", { number }));
+  listVersions(token, takeBack);
 }
 
-function leave() {
-  keeper.save();
+async function leave() {
+  await keeper.save();
+  keeper.stop();
   feed.stop();
   forgetOwn();
+  drop(`vrg-class-step-${me.id}`);
   [feed, me] = [null, null];
   showJoining("", enter);
 }
@@ -204,7 +209,7 @@ function take(message) {
 
 /** Another page of this student has saved: show the same code, unless something was typed here meanwhile. */
 function follow({ code, revision }) {
-  if (keeper.unsaved || keeper.base === revision) return;
+  if (!keeper.follows(code, revision)) return;
   if (editor.code !== code) editor.follow(code);
   keeper.saved(code, revision);
 }
@@ -212,8 +217,8 @@ function follow({ code, revision }) {
 /** An error with words for a beginner, in the language of the page. */
 function explained(message) {
   const sign = message.kind === "SyntaxError" ? oddSign(editor.textOf(message.line)) : null;
-  const kind = sign?.kind ?? message.kind, text = value(`faults.${kind}`) ? words(`faults.${kind}`, sign ?? {}) : message.text;
-  return { ...message, text, column: sign?.column, hint: sign ? "" : value(`hints.${kind}`) ?? "" };
+  const kind = sign?.kind ?? message.kind, text = value(`faults.${kind}`) ? words(`faults.${kind}`, sign ?? message) : message.text;
+  return { ...message, text, place: sign?.place, hint: sign ? "" : value(`hints.${kind}`) ?? "" };
 }
 
 /** Take in a message of what is shown. */

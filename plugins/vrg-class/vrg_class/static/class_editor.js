@@ -44,7 +44,7 @@ const faults = cm.StateField.define({
       const fault = effect.value;
       if (!fault || fault.line > state.doc.lines) return cm.Decoration.none;
       const line = state.doc.line(fault.line), widget = new Message(fault.text, fault.hint);
-      const sign = fault.column ? [odd.range(line.from + fault.column - 1, line.from + fault.column)] : [];
+      const sign = fault.place === undefined ? [] : [odd.range(line.from + fault.place, line.from + fault.place + 1)];
       value = cm.Decoration.set([marked.range(line.from), ...sign, cm.Decoration.widget({ widget, block: true, side: 1 }).range(line.to)]);
     }
     return value;
@@ -156,7 +156,7 @@ export class Editor {
     return number >= 1 && number <= doc.lines ? doc.line(number).text : "";
   }
 
-  /** Mark the line of an error {line, text, hint, column}, the column where one is known; null takes the mark away. */
+  /** Mark the line of an error {line, text, hint, place}, the place of a sign where one is known; null takes the mark away. */
   mark(fault) {
     this.view.dispatch({ effects: setFault.of(fault) });
   }

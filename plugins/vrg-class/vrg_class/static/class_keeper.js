@@ -1,44 +1,62 @@
 // Keeps what is typed: in the browser at once, and on the computer of the class when typing stops.
 import { ask } from "./class_server.js";
-import { drop, isLacking, keep, kept, names, TAB } from "./day_storage.js";
+import { drop, isLacking, keep, kept, names } from "./day_storage.js";
 import { words } from "./day_words.js";
 
-const AFTER = 1000, AGAIN = 3000, TAB_NAME = "vrg-class-tab";
-/** Two tabs of a browser keep what is typed apart from each other; a reload stays the same tab. */
-const tab = kept(TAB_NAME, TAB) ?? Math.random().toString(36).slice(2);
-keep(TAB_NAME, tab, TAB);
+const AFTER = 1000, AGAIN = 3000, MOST = 100;
+/** Pages of a browser keep what is typed apart from each other. */
+const page = Math.random().toString(36).slice(2);
+const places = (id) => `vrg-class-code-${id}-`;
 
-/** What earlier pages of a student have left unsaved goes to the class. Returns the last one that is not the newest code. */
-export async function sendLeft(token) {
-  let stale = null;
-  for (const place of names(`vrg-class-code-${token}-`)) {
-    const { code, base } = JSON.parse(kept(place));
+/**
+ * What earlier pages of a student have left unsaved goes to the class. Returns the last one that is not made from the
+ * newest code, {here, there}; or else whether something was `sent`.
+ */
+export async function sendLeft(id, token) {
+  let found = { sent: false };
+  for (const place of names(places(id)).filter((name) => name !== places(id) + page)) {
+    const left = JSON.parse(kept(place));
     try {
-      await ask("save", token, { code, base });
+      await ask("save", token, left);
+      found.sent = true;
     } catch (refusal) {
-      if (refusal.why !== "stale") throw refusal;
-      stale = { here: code, there: refusal.answer };
+      if ([0, 401].includes(refusal.status)) throw refusal;
+      if (refusal.why !== "stale") continue; // there is no room for it now: it stays here
+      found = { sent: true, here: left.code, there: refusal.answer };
     }
     drop(place);
   }
-  return stale;
+  return found;
 }
 
 export class Keeper {
   /**
-   * `code()` gives the code of the student with this token, which was made from what the class has as `base`;
+   * `code()` gives the code of the student with this id and token, which was made from what the class has as `base`;
    * `tell(words)` is called with what has become of it, `onStale(here, there)` where the class has newer code.
    */
-  constructor(token, base, code, tell, onStale) {
-    Object.assign(this, { token, base, code, tell, onStale, place: `vrg-class-code-${token}-${tab}`, timer: 0, unsaved: false, asks: false });
+  constructor(id, token, base, code, tell, onStale) {
+    Object.assign(this, { id, token, base, code, tell, onStale, place: places(id) + page, timer: 0, unsaved: false, asks: false });
+    /** What this page has had since it last was asked: code of its own is nothing newer. */
+    this.own = new Set();
+    this.turn = Promise.resolve();
+    this.apart = false;
   }
 
-  /** Take in that the code has been changed. */
-  changed() {
+  /** Take in that the code has been changed; `apart` has what it replaces kept as a version. */
+  changed(apart = false) {
     this.unsaved = true;
-    keep(this.place, JSON.stringify({ code: this.code(), base: this.base }));
+    this.apart ||= apart;
+    this.note();
     this.tell(words("student.saving"));
     this.later(AFTER);
+  }
+
+  /** Note what stands here, in the browser and as code of this page. */
+  note() {
+    const code = this.code();
+    this.own.add(code);
+    if (this.own.size > MOST) this.own.delete(this.own.values().next().value);
+    keep(this.place, JSON.stringify({ code, base: this.base, apart: this.apart }));
   }
 
   later(pause) {
@@ -49,8 +67,9 @@ export class Keeper {
   /** Take in that the class has this code now, as this revision. */
   saved(code, revision) {
     this.base = revision;
+    this.apart = false;
     if (code !== this.code()) {
-      if (this.unsaved) keep(this.place, JSON.stringify({ code: this.code(), base: revision }));
+      if (this.unsaved) this.note();
       return;
     }
     clearTimeout(this.timer);
@@ -76,17 +95,36 @@ export class Keeper {
     }
   }
 
-  /** Ask for something with the code as it stands here, which is saved by that. Throws a Refusal. */
-  async send(path, body = {}, leaving = false) {
+  /** Ask for something with the code as it stands when it is its turn, and which is saved by that. Throws a Refusal. */
+  send(path, body = {}, leaving = false) {
+    const sending = leaving ? this.ask(path, body, true) : this.turn.then(() => this.ask(path, body));
+    this.turn = sending.catch(() => {});
+    return sending;
+  }
+
+  async ask(path, body, leaving = false) {
     const code = this.code();
+    this.own.add(code);
     try {
-      const answer = await ask(path, this.token, { code, base: this.base, ...body }, leaving);
+      const answer = await ask(path, this.token, { code, base: this.base, apart: this.apart, ...body }, leaving);
       this.saved(code, answer.revision);
       return answer;
     } catch (refusal) {
-      if (refusal.why === "stale") this.isStale(code, refusal.answer);
+      if (refusal.why !== "stale") throw refusal;
+      if (this.own.has(refusal.answer.code)) { // another page has saved what was left here
+        this.base = refusal.answer.revision;
+        return this.ask(path, body, leaving);
+      }
+      this.isStale(code, refusal.answer);
       throw refusal;
     }
+  }
+
+  /** Another page of this student has saved; true if this one is to show it, too. */
+  follows(code, revision) {
+    if (this.unsaved || this.asks || this.base === revision || this.own.has(code)) return false;
+    this.own.clear();
+    return true;
   }
 
   /** The class has newer code than that from which this was made, and has kept both: the student is asked. */
@@ -100,5 +138,6 @@ export class Keeper {
   chosen(revision) {
     this.asks = false;
     this.base = revision;
+    this.own.clear();
   }
 }

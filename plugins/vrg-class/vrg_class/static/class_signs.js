@@ -4,22 +4,26 @@ const INSTEAD = { "“": '"', "”": '"', "„": '"', "‟": '"', "«": '"', "»
 
 /** What Python knows in place of a sign: {kind, sign, instead}; null for one that it knows, or that has no such. */
 function odd(sign) {
-  if (sign < "\x7f" && sign !== "`" ) return null;
+  if (sign < "\x7f" && sign !== "`") return null;
   const instead = /[\p{Zs}\u200b-\u200d\u2060\ufeff]/u.test(sign) ? " " : INSTEAD[sign] ?? sign.normalize("NFKC");
   if (!/^[!-~ ]{1,2}$/.test(instead) || /^\w$/.test(instead)) return null;
   const kind = instead === " " ? "space" : /["']/.test(instead) ? "quote" : /[()[\]{}]/.test(instead) ? "bracket" : instead === "-" ? "dash" : "sign";
   return { kind, sign, instead };
 }
 
-/** The first odd sign of a line, outside of texts and comments: {kind, sign, instead, column} with a column from 1; or null. */
+/**
+ * The first odd sign of a line, outside of texts and comments, or null: {kind, sign, instead, column, place}; `column`
+ * counts signs from 1, as people do, and `place` counts as JavaScript does, from 0.
+ */
 export function oddSign(line) {
-  let quote = "", column = 0;
+  let quote = "", column = 0, place = 0;
   for (const sign of line) {
     column += 1;
     if (quote) quote = sign === quote ? "" : quote;
     else if (sign === "#") return null;
     else if (sign === '"' || sign === "'") quote = sign;
-    else if (odd(sign)) return { ...odd(sign), column };
+    else if (odd(sign)) return { ...odd(sign), column, place };
+    place += sign.length;
   }
   return null;
 }

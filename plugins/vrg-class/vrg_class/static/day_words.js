@@ -1,7 +1,20 @@
 // The words of the pages, in the language of the browser: see words/en.json.
 
-const found = await fetch("words.json").then((answer) => answer.json()).catch(() => ({}));
-export const LANGUAGE = found.tag ?? "en";
+const AGAIN = 1000;
+
+/** Ask for the words until they come: without them a page says nothing. */
+async function fetched() {
+  for (;;) {
+    try {
+      return await (await fetch("words.json")).json();
+    } catch {
+      await new Promise((resolve) => setTimeout(resolve, AGAIN));
+    }
+  }
+}
+
+const found = await fetched();
+export const LANGUAGE = found.tag;
 const plural = new Intl.PluralRules(LANGUAGE);
 document.documentElement.lang = LANGUAGE;
 

@@ -12,7 +12,7 @@ const COLUMNS = ["name", "presence", "step", "doneHead", "stuck", "tries", "erro
 const DONE = { reset: "wasReset", revoke: "revoked", remove: "removed" };
 const t = (key, fields) => words(`teacher.${key}`, fields);
 const token = keptToken("vrg-class-teacher"), body = byId("students").tBodies[0], steps = byId("done");
-let halted = false, all = [], lesson = {}, opened = null;
+let halted = false, closed = false, all = [], lesson = {}, opened = null;
 fill();
 document.title = t("title");
 byId("students").tHead.append(make("tr", "", "", ...COLUMNS.map((name) => make("th", "", t(name)))));
@@ -59,7 +59,7 @@ function showSteps() {
 async function look() {
   try {
     const found = await ask("teacher", token), { message, busy, jobs } = found;
-    ({ halted, steps: lesson } = found);
+    ({ halted, closed, steps: lesson } = found);
     all = found.students.sort((a, b) => a.name.localeCompare(b.name));
     show(body, cells);
     showSteps();
@@ -69,6 +69,8 @@ async function look() {
     warn([open, ...found.problems].filter(Boolean).join(" · "));
     say("halt", t(halted ? "goOn" : "halt"));
     byId("halt").ariaPressed = String(halted);
+    say("shut", t(closed ? "reopen" : "shut"));
+    byId("shut").ariaPressed = String(closed);
   } catch (refusal) {
     warn(refusal.status ? refusal.message : t("lost"));
   }
@@ -112,7 +114,7 @@ function showLink(link) {
 /** The progress of all, as a table that spreadsheets read. */
 function table() {
   // A cell that begins so would be a formula.
-  const cell = (text) => `"${String(text).replace(/^[=+\-@]/, "'$&").replaceAll('"', '""')}"`;
+  const cell = (text) => `"${String(text).replace(/^[=+\-@\t\r]/, "'$&").replaceAll('"', '""')}"`;
   const head = [t("name"), ...Object.keys(lesson), t("tries"), t("handed"), t("error")];
   const rows = all.map((one) => [one.name, ...Object.keys(lesson).map((name) => (one.done.includes(name) ? 1 : 0)), one.tries, one.handed, faulty(one)]);
   return `\ufeff${[head, ...rows].map((row) => row.map(cell).join(",")).join("\r\n")}\r\n`;
@@ -140,6 +142,7 @@ byId("export").addEventListener("click", () => {
 });
 byId("close").addEventListener("click", () => byId("person").close());
 byId("halt").addEventListener("click", () => act("teacher/decide", { halted: !halted }));
+byId("shut").addEventListener("click", () => act("teacher/decide", { closed: !closed }));
 byId("all").addEventListener("submit", (event) => {
   event.preventDefault();
   act("teacher/decide", { message: byId("message").value.trim() }, t("sent"));

@@ -28,8 +28,9 @@ export class Link {
     clearTimeout(this.timer);
     this.stopped = false;
     this.nextAt = 0;
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    const socket = new WebSocket(`${scheme}//${location.host}/socket`);
+    const address = new URL("socket", location.href); // beside the page, wherever another server may show that
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(address);
     this.socket = socket;
     let batches = 0;
     socket.onopen = () => socket.send(JSON.stringify({ t: "hello", ...this.hello() }));

@@ -12,11 +12,17 @@ import { KEYS, WORDS } from "./words.js";
 const COMMAND = 50, SILENT = 3000;
 /** ms for which a notice is shown, and ms in which ending the game must be confirmed. */
 const NOTICE = 6000, CONFIRM = 4000;
-/** The port of the page that follows when the match is over, such as that of an event, and after how many ms. */
-const next = Number(new URLSearchParams(location.search).get("next")), LEFT = 10000;
 /** The types of the fields of drawers in which letters are no keys of the page. */
 const TYPED = ["search", "text", "textarea"];
 
+/** What the browser keeps for a reload; nothing, where it refuses to. */
+const storage = (() => {
+  try {
+    return window.sessionStorage;
+  } catch {
+    return { getItem: () => null, setItem() {}, removeItem() {} };
+  }
+})();
 const byId = (id) => document.getElementById(id);
 const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
@@ -36,12 +42,12 @@ const tab = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.t
 function takeToken() {
   const [found, ...more] = location.hash.slice(1).split("&");
   if (found) {
-    sessionStorage.setItem("token", found);
-    sessionStorage.setItem("drawer", more[0] ?? "");
+    storage.setItem("token", found);
+    storage.setItem("drawer", more[0] ?? "");
     history.replaceState(null, "", location.pathname + location.search);
   }
-  wanted = sessionStorage.getItem("drawer") ?? "";
-  return sessionStorage.getItem("token") ?? "";
+  wanted = storage.getItem("drawer") ?? "";
+  return storage.getItem("token") ?? "";
 }
 
 function tell(text) {
@@ -87,7 +93,6 @@ function hear(message) {
       break;
     case "bye":
       setRole(); // there is nothing to decide, and nobody to drive, any more
-      if (next) setTimeout(() => location.assign(`${location.protocol}//${location.hostname}:${next}/${location.search}`), LEFT);
       break;
     case "drawer":
       drawers.take(message);
@@ -101,7 +106,7 @@ function hear(message) {
 
 function forgetToken() {
   token = "";
-  sessionStorage.removeItem("token");
+  storage.removeItem("token");
 }
 
 function setRole() {

@@ -1,0 +1,26 @@
+"""The clock of an event, which nobody sets while it runs."""
+
+import time
+from collections.abc import Callable
+
+
+def steady() -> float:
+    """Seconds that go on evenly, also while a computer sleeps, where it has such a clock."""
+    boot = getattr(time, "CLOCK_BOOTTIME", None)
+    return time.monotonic() if boot is None else time.clock_gettime(boot)
+
+
+class EventClock:
+    """Tells the wall time at the start of the event and the seconds since.
+
+    Args:
+        wall: tells the wall time, s. It is asked once. since: tells seconds that go on evenly.
+    """
+
+    def __init__(self, wall: Callable[[], float] = time.time, since: Callable[[], float] = steady) -> None:
+        self._since = since
+        self._offset = wall() - since()
+
+    def now(self) -> float:
+        """The time of the event, s since 1970."""
+        return self._offset + self._since()

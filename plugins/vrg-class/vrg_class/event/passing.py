@@ -1,0 +1,88 @@
+"""Passes what browsers ask of the page of the match on to its server, which only this computer reaches."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any, Final
+
+from aiohttp import ClientError, ClientSession, ClientTimeout, WSCloseCode, WSMsgType, web
+
+from vrg.seats.entrance import WaitingRoom
+from vrg.ui.web.admission import Admission
+from vrg.ui.web.headers import PAGE_HEADERS
+from vrg.ui.web.requests import REQUEST_LIMIT, Hello, read_request
+from vrg_class.event.watching import LARGEST, LOOPBACK
+
+VIEWERS: Final = 60
+"""The viewers that watch a match through this; the page of a match has 64 places."""
+_PATIENCE: Final = 8.0
+"""The real time in s that either side has to answer, or to take what it is sent."""
+_PING: Final = 10.0
+"""The real time in s between two signs of life that are asked of a browser."""
+FRAMED: Final = PAGE_HEADERS["Content-Security-Policy"].replace("frame-ancestors 'none'", "frame-ancestors 'self'")
+"""The rules of a page that another page of the same address may show."""
+
+
+class Passing:
+    """See the module. It is for the loop of the server."""
+
+    def __init__(self, session: ClientSession) -> None:
+        self._session = session
+        self._viewers = WaitingRoom(VIEWERS, 86_400.0)
+
+    async def file(self, page: Admission, path: str) -> web.Response | None:
+        """A file of the page; None if it does not answer."""
+        url = f"http://{LOOPBACK}:{page.port}/{path}"
+        try:
+            async with self._session.get(url, timeout=ClientTimeout(_PATIENCE), allow_redirects=False) as answer:
+                body = await answer.read()
+        except (ClientError, OSError, TimeoutError, ValueError):
+            return None
+        headers = {"Content-Type": answer.headers.get("Content-Type", "text/plain"), "Content-Security-Policy": FRAMED}
+        return web.Response(body=body, status=answer.status, headers=headers)
+
+    async def socket(
+        self, page: Admission, request: web.Request, let_in: Callable[[web.Request], None]
+    ) -> web.StreamResponse:
+        """Let a browser talk to the page, until one of them ends it; `let_in` is called once it has said who it is."""
+        browser = web.WebSocketResponse(heartbeat=_PING, max_msg_size=REQUEST_LIMIT, compress=False, timeout=1.0)
+        transport, base = request.transport, f"http://{LOOPBACK}:{page.port}"
+        try:
+            await browser.prepare(request)
+            hello = await browser.receive(_PATIENCE)
+            if hello.type is not WSMsgType.TEXT or transport is None:
+                return browser
+            async with self._session.ws_connect(f"{base}/socket", origin=base, max_msg_size=LARGEST) as match:
+                let_in(request)
+                if not _is_known(page, hello.data):  # officials and drivers have their own places
+                    self._viewers.come(transport, request.remote or "")
+                await match.send_str(hello.data)
+                both = [asyncio.create_task(_pump(browser, match)), asyncio.create_task(_pump(match, browser))]
+                try:
+                    await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+                finally:
+                    for task in both:
+                        task.cancel()
+                    await asyncio.gather(*both, return_exceptions=True)
+            await browser.close(code=match.close_code or WSCloseCode.GOING_AWAY)
+        except (ClientError, OSError, TimeoutError):
+            await browser.close(code=WSCloseCode.TRY_AGAIN_LATER)  # one of them is gone
+        finally:
+            if transport is not None:
+                self._viewers.leave(transport)
+        return browser
+
+
+def _is_known(page: Admission, hello: str) -> bool:
+    """A browser offers a token of the page."""
+    try:
+        request = read_request(hello)
+    except ValueError:
+        return False
+    return isinstance(request, Hello) and bool(request.token) and page.role_of(request.token) is not None
+
+
+async def _pump(source: Any, target: Any) -> None:
+    async for message in source:
+        if message.type is WSMsgType.TEXT:
+            async with asyncio.timeout(_PATIENCE):
+                await target.send_str(message.data)

@@ -1,0 +1,114 @@
+"""Runs an event: lets its time pass, has its matches played, and writes down what changes."""
+
+import asyncio
+import logging
+import queue
+import threading
+from pathlib import Path
+from typing import Final
+
+import msgspec
+from aiohttp import ClientSession
+
+from vrg.files import write_whole
+from vrg_class.event.clock import EventClock
+from vrg_class.event.course import Event
+from vrg_class.event.field import Field
+from vrg_class.event.plan import Fixture
+from vrg_class.event.results import as_csv, as_json
+
+log = logging.getLogger(__name__)
+
+KEPT: Final = "event.json"
+"""The file of what survives a restart."""
+_STEP: Final = 0.1
+"""The real time in s between two looks at the clock."""
+_ENDING: Final = 60.0
+"""The real time in s that the match on the field has to end when the event ends."""
+
+
+class Running:
+    """See the module. All but `said`, `is_over` and `close` is for the loop of the server.
+
+    Args:
+        event: the event. field: plays its matches. clock: its clock. folder: for what is written.
+
+    Attributes:
+        said: what is to be printed, in lines.
+    """
+
+    def __init__(self, event: Event, field: Field, clock: EventClock, folder: Path) -> None:
+        self.event, self.field, self._clock, self._folder = event, field, clock, folder
+        self.said: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._written = -1
+        self._writing = asyncio.Lock()
+        self._closed = False
+        self._idle = threading.Event()
+        self._idle.set()
+
+    def now(self) -> float:
+        """The time of the event, s."""
+        return self._clock.now()
+
+    @property
+    def is_over(self) -> bool:
+        """True if all is played, confirmed and written."""
+        event = self.event
+        return self._idle.is_set() and event.on is None and event.next is None and self._written == event.version
+
+    def close(self) -> None:
+        """Break the match on the field off, and begin no other one. It waits for its end."""
+        self._closed = True
+        self._idle.wait(_ENDING)
+
+    async def go(self, session: ClientSession) -> None:
+        """Run the event until this is cancelled. Nothing ends it, whatever happens."""
+        matches = set[asyncio.Task[None]]()
+        while True:
+            await asyncio.sleep(_STEP)  # first, too: nothing begins where the pages cannot be served
+            try:
+                fixture = None if self._closed else self.event.step(self.now())
+                if fixture is not None:
+                    self._idle.clear()
+                    task = asyncio.create_task(self._play(fixture, session))
+                    matches.add(task)
+                    task.add_done_callback(matches.discard)
+                await self.keep()
+            except Exception as error:
+                log.exception("the event is held")
+                self.event.hold(self.now(), "failed", words=f"{type(error).__name__}: {error}")
+
+    async def _play(self, fixture: Fixture, session: ClientSession) -> None:
+        event = self.event
+        try:
+            title = event.title(fixture)
+            self.said.put(f"{fixture.of.number}. {title}")
+            report = await self.field.play(fixture.of, session, event.hear, lambda: self._closed or event.stopping)
+            if not (self._closed and (report.why or report.winner is None)):  # else it is played anew
+                event.ended(report, self.now())
+                self.said.put(f"{title}: {report.words or report.why}")
+                await self.keep()
+        except Exception as error:
+            log.exception("a match has failed")
+            event.fail(self.now(), f"{type(error).__name__}: {error}")
+        finally:
+            self._idle.set()
+
+    async def keep(self) -> None:
+        """Write down what has changed. Where that fails, the event is held, and it is tried again."""
+        async with self._writing:
+            event, version = self.event, self.event.version
+            if version == self._written:
+                return
+            files = {
+                KEPT: msgspec.json.encode(event.kept),
+                "results.json": as_json(event),
+                "results.csv": as_csv(event),
+            }
+            try:
+                for name, content in files.items():
+                    await asyncio.to_thread(write_whole, self._folder / name, content, synced=True)
+            except OSError as error:
+                event.hold(self.now(), "disk", words=error.strerror or str(error))
+            else:
+                self._written = version
