@@ -11,7 +11,7 @@ import { oddSign } from "./class_signs.js";
 import { Output, Values } from "./class_told.js";
 import { fault, outcome, Recording } from "./class_try.js";
 import { askWhich, listVersions } from "./class_versions.js";
-import { drop, isLacking, keep, kept } from "./day_storage.js";
+import { drop, isLacking, keep, kept } from "./storage.js";
 import { fill, value, words } from "./day_words.js";
 import { Field } from "./field.js";
 import { Match } from "./match.js";

@@ -1,7 +1,7 @@
 // Who a student is: the token in the address or kept by the browser, and joining.
 import { byId, tell } from "./class_page.js";
 import { ask, takeHash } from "./class_server.js";
-import { drop, keep, kept } from "./day_storage.js";
+import { drop, keep, kept } from "./storage.js";
 import { words } from "./day_words.js";
 
 const OWN = "vrg-class-student", JOINING = "vrg-class-joining", DEVICE = "vrg-class-device";

@@ -1,6 +1,6 @@
 // Keeps what is typed: in the browser at once, and on the computer of the class when typing stops.
 import { ask } from "./class_server.js";
-import { drop, isLacking, keep, kept, names } from "./day_storage.js";
+import { drop, isLacking, keep, kept, names } from "./storage.js";
 import { words } from "./day_words.js";
 
 const AFTER = 1000, AGAIN = 3000, MOST = 100;

@@ -1,6 +1,6 @@
 // Asks the server of the class, and listens to what it tells.
 import { pause } from "./link.js";
-import { keep, kept, TAB } from "./day_storage.js";
+import { keep, kept, TAB } from "./storage.js";
 import { refusal, words } from "./day_words.js";
 
 /** With these codes the server closes a connection: its token is not known, what is known of its student has changed, or it has too many pages. */

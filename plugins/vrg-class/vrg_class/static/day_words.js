@@ -1,12 +1,13 @@
 // The words of the pages, in the language of the browser: see words/en.json.
 
-const AGAIN = 1000;
+/** ms until words are asked for again, and ms for an answer. */
+const AGAIN = 1000, LATE = 5000;
 
 /** Ask for the words until they come: without them a page says nothing. */
 async function fetched() {
   for (;;) {
     try {
-      return await (await fetch("words.json")).json();
+      return await (await fetch("words.json", { signal: AbortSignal.timeout(LATE) })).json();
     } catch {
       await new Promise((resolve) => setTimeout(resolve, AGAIN));
     }

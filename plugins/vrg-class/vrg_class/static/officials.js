@@ -1,5 +1,5 @@
 // The officials' page of an event: what is on, what may be decided now, and corrections of results and titles.
-import { keep, kept, TAB } from "./day_storage.js";
+import { keep, kept, TAB } from "./storage.js";
 import { fill, refusal, words } from "./day_words.js";
 import { ask, byId, clock, follow, headingOf, ranking, renew, row, scoreOf, statusOf, titleOf, wonBy } from "./event_parts.js";
 import { make, say } from "./panel.js";

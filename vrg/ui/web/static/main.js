@@ -6,6 +6,7 @@ import { Link } from "./link.js";
 import { Match } from "./match.js";
 import { Panel, say } from "./panel.js";
 import { PendingStop } from "./stop.js";
+import { drop, keep, kept, TAB } from "./storage.js";
 import { KEYS, WORDS } from "./words.js";
 
 /** ms between two driving commands, and ms without news after which the picture is said to be old. */
@@ -15,14 +16,6 @@ const NOTICE = 6000, CONFIRM = 4000;
 /** The types of the fields of drawers in which letters are no keys of the page. */
 const TYPED = ["search", "text", "textarea"];
 
-/** What the browser keeps for a reload; nothing, where it refuses to. */
-const storage = (() => {
-  try {
-    return window.sessionStorage;
-  } catch {
-    return { getItem: () => null, setItem() {}, removeItem() {} };
-  }
-})();
 const byId = (id) => document.getElementById(id);
 const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
@@ -42,12 +35,12 @@ const tab = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.t
 function takeToken() {
   const [found, ...more] = location.hash.slice(1).split("&");
   if (found) {
-    storage.setItem("token", found);
-    storage.setItem("drawer", more[0] ?? "");
+    keep("token", found, TAB);
+    keep("drawer", more[0] ?? "", TAB);
     history.replaceState(null, "", location.pathname + location.search);
   }
-  wanted = storage.getItem("drawer") ?? "";
-  return storage.getItem("token") ?? "";
+  wanted = kept("drawer", TAB) ?? "";
+  return kept("token", TAB) ?? "";
 }
 
 function tell(text) {
@@ -106,7 +99,7 @@ function hear(message) {
 
 function forgetToken() {
   token = "";
-  storage.removeItem("token");
+  drop("token", TAB);
 }
 
 function setRole() {
