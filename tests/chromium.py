@@ -63,6 +63,7 @@ class Visitor:
 
     Attributes:
         page: Playwright's. errors: of the page, and of what it has loaded.
+        expected: words of those that belong to the test, such as the status of an answer.
     """
 
     def __init__(
@@ -83,9 +84,14 @@ class Visitor:
         self.page: Page = context.new_page()
         self.page.set_default_timeout(PATIENCE)
         self.errors: list[str] = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+        self.expected: tuple[str, ...] = ()
+        self.page.on("pageerror", lambda error: self._note(str(error)))
+        self.page.on("console", lambda said: self._note(said.text) if said.type == "error" else None)
         self.page.goto(link)
+
+    def _note(self, error: str) -> None:
+        if not any(words in error for words in self.expected):
+            self.errors.append(error)
 
     def wait(self, expression: str) -> None:
         """Wait until an expression of JavaScript holds; `vrg` is what the page knows."""

@@ -98,7 +98,8 @@ def visit(browser: Browser, site: str) -> Iterator[Callable[..., Visitor]]:
     yield make
     for visitor in visitors:
         visitor.close()
-    assert [visitor.errors for visitor in visitors] == [[] for _ in visitors]
+    wrong = [error for visitor in visitors for error in visitor.errors]
+    assert not wrong, wrong
 
 
 def join(page: Visitor, name: str) -> None:

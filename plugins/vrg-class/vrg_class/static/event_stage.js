@@ -1,4 +1,5 @@
 // The page of the stage: the match while one is on the field, else what comes, results, ranking and bracket.
+import { showCode } from "./class_page.js";
 import { fill, words } from "./day_words.js";
 import { ask, bracket, byId, clock, correctionsOf, follow, headingOf, ranking, renew, row, scoreOf, statusOf, titleOf, wonBy } from "./event_parts.js";
 import { make, say } from "./panel.js";
@@ -50,7 +51,7 @@ async function invite(link) {
   if (!link) return;
   try {
     const { found } = await ask("qr", "", { text: link });
-    byId("code").replaceChildren(new DOMParser().parseFromString(found.svg, "image/svg+xml").documentElement);
+    showCode(byId("code"), found.svg);
   } catch {
     setTimeout(() => (invited = null), RETRY);
   }

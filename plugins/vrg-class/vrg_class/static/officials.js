@@ -1,15 +1,10 @@
 // The officials' page of an event: what is on, what may be decided now, and corrections of results and titles.
-import { keep, kept, TAB } from "./storage.js";
+import { keptToken } from "./class_server.js";
 import { fill, refusal, words } from "./day_words.js";
 import { ask, byId, clock, follow, headingOf, ranking, renew, row, scoreOf, statusOf, titleOf, wonBy } from "./event_parts.js";
 import { make, say } from "./panel.js";
 
-const KEPT = "vrg-event", SURE = 4000;
-const token = location.hash.slice(1) || kept(KEPT, TAB) || "";
-if (location.hash) {
-  keep(KEPT, token, TAB);
-  history.replaceState(null, "", location.pathname + location.search);
-}
+const SURE = 4000, token = keptToken("vrg-event");
 let refused = "", sure = 0, saved = null;
 /** Have something done; what is refused is said in words. Returns whether it was done. */
 async function act(what, about = {}) {

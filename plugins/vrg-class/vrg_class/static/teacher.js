@@ -8,8 +8,6 @@ const EVERY = 2000;
 /** s without a step done after which somebody may need help. */
 const LONG = 300;
 const COLUMNS = ["name", "presence", "step", "doneHead", "stuck", "tries", "error", "handed"];
-/** What is said when an act was done. */
-const DONE = { reset: "wasReset", revoke: "revoked", remove: "removed" };
 const t = (key, fields) => words(`teacher.${key}`, fields);
 const token = keptToken("vrg-class-teacher"), body = byId("students").tBodies[0], steps = byId("done");
 let halted = false, closed = false, all = [], lesson = {}, opened = null;
@@ -162,9 +160,9 @@ byId("rename").addEventListener("submit", async (event) => {
   if (await act("teacher/change", { act: "rename", student: opened.id, name: byId("another-name").value }, t("renamed"))) byId("person").close();
 });
 byId("acts").addEventListener("click", async ({ target }) => {
-  const what = target.dataset.act, sure = { reset: "sureReset", revoke: "sureRevoke", remove: "sureRemove" }[what];
-  if (!what || !window.confirm(t(sure, { name: opened.name }))) return;
-  const found = await act("teacher/change", { act: what, student: opened.id }, t(DONE[what]));
+  const what = target.dataset.act;
+  if (!what || !window.confirm(t(`sure.${what}`, { name: opened.name }))) return;
+  const found = await act("teacher/change", { act: what, student: opened.id }, t(`did.${what}`));
   if (!found) return;
   if (what === "revoke") showLink(found.link);
   else byId("person").close();
