@@ -50,7 +50,7 @@ class ShownMatch(Field):
     ) -> Report:
         self.played.append(match)
         self.page = Admission(LOOPBACK, free_port(LOOPBACK, 18471, tries=300), TOKEN, {"ann": SEAT})
-        watching = asyncio.create_task(watch(session, self.page.port, hear))
+        watching = asyncio.create_task(watch(session, self.page, hear))
         try:
             while self.report is None and not stopping():
                 await asyncio.sleep(0.02)

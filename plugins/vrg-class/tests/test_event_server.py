@@ -28,6 +28,7 @@ from vrg.errors import ConfigError
 from vrg.launch.folder_lock import owned
 from vrg_class.event.course import Live, Report
 from vrg_class.event.outcomes import read_kept
+from vrg_class.event.proxy import VIEWERS, Proxy
 from vrg_class.event.watching import taken
 from vrg_class.folder import About, ClassFolder
 from vrg_class.site import RefusalError
@@ -96,6 +97,38 @@ def test_only_officials_decide(running: Day) -> None:
     assert [(one["title"], one["state"]) for one in state["matches"]] == [
         ("Ann against Bob", "confirmed"), ("Final", "waiting"),
     ]  # fmt: skip
+
+
+def test_a_crowd_of_viewers_pushes_out_nobody_who_was_first_but_for_one_address_with_many() -> None:
+    proxy = Proxy(None)  # type: ignore[arg-type] - it asks nobody
+
+    class Connection(asyncio.Transport):
+        gone = False
+
+        def abort(self) -> None:
+            self.gone = True
+
+    stage = Connection()
+    assert proxy.has_room(stage, "10.0.0.0")
+    phones = [Connection() for _ in range(VIEWERS)]
+    assert [proxy.has_room(phone, f"10.0.1.{n}") for n, phone in enumerate(phones)] == [True] * (VIEWERS - 1) + [False]
+    assert not any(one.gone for one in (stage, *phones))
+    del proxy._viewers[phones[0]], proxy._viewers[phones[1]]
+    crowd = [Connection() for _ in range(9)]
+    assert all(proxy.has_room(one, "10.0.9.9") for one in crowd)
+    assert [one.gone for one in crowd] == [True] * 7 + [False] * 2
+    assert proxy.has_room(phones[-1], "10.0.1.99")
+    assert not stage.gone
+
+
+def test_options_that_play_does_not_take_are_refused_before_the_first_match(tmp_path: Path) -> None:
+    (tmp_path / "tiny.toml").write_text(TINY)
+    (tmp_path / "day.toml").write_text('title = "x"\noptions = ["--enginee", "x"]\n[[matches]]\nmatch = "tiny.toml"\n')
+    with pytest.raises(ConfigError, match="--enginee x` is refused"):
+        raise_error(invoke("event", str(tmp_path / "day.toml")))
+    with pytest.raises(ConfigError, match="cannot be read"):
+        raise_error(invoke("event", str(tmp_path / "typo.toml")))
+    assert not (tmp_path / "typo").exists()
 
 
 def test_tokens_are_told_to_officials_alone(running: Day) -> None:
@@ -242,7 +275,7 @@ def test_a_match_is_broken_off_when_an_official_or_the_end_of_the_event_wants_it
 
 
 @pytest.mark.system
-def test_an_event_plays_its_matches_and_goes_on_after_it_was_killed(tmp_path: Path) -> None:
+def test_all_that_an_event_has_started_ends_when_it_is_killed_and_what_was_played_is_kept(tmp_path: Path) -> None:
     (tmp_path / "tiny.toml").write_text(TINY)
     (tmp_path / "long.toml").write_text(long_match("long"))
     (tmp_path / "day.toml").write_text(

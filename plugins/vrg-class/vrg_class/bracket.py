@@ -6,7 +6,6 @@ one.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from typing import NamedTuple
 
 
@@ -133,26 +132,6 @@ def champion(pairings: Sequence[Pairing], winners: Mapping[int, int]) -> int | N
         ValueError: as for `entrants`.
     """
     return winners.get(_last(pairings, winners))
-
-
-def places(pairings: Sequence[Pairing], winners: Mapping[int, int]) -> dict[int, int]:
-    """The final places from 1 by seed, as far as they are known. Those who are out by the same round share a place.
-
-    Args:
-        winners: as for `entrants`.
-
-    Raises:
-        ValueError: as for `entrants`.
-    """
-    last, best = _last(pairings, winners), champion(pairings, winners)
-    go_on = {source.number for pairing in pairings for source in pairing[:2] if source.kind == "loser"}
-    ends = [last, *(number for number in reversed(range(len(pairings) - 1)) if number not in go_on)]
-    found, better = {} if best is None else {best: 1}, 1
-    for _, group in groupby(ends, lambda number: (pairings[number].side, pairings[number].round)):
-        losers = [_loser(entrants(pairings, number, winners), winners.get(number)) for number in group]
-        found |= {loser: better + 1 for loser in losers if loser is not None}
-        better += len(losers)
-    return found
 
 
 def _seeds(places: int) -> _Line:

@@ -84,9 +84,11 @@ class DaySite(Site):
         if text not in self._pictures:
             # Making one takes long, so that whoever asks for ever new ones could hold up all others.
             now = time.monotonic()
-            if now - self._drawn < PICTURE_EVERY or len(self._pictures) >= PICTURES:
+            if now - self._drawn < PICTURE_EVERY:
                 raise RefusalError("haste")
             self._drawn = now
+            if len(self._pictures) >= PICTURES:
+                del self._pictures[next(iter(self._pictures))]
             self._pictures[text] = await asyncio.to_thread(_picture, text)
         return {"svg": self._pictures[text]}
 

@@ -1,6 +1,7 @@
 """`vrg event`: a timetable of matches on one field, one after the other."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -39,9 +40,10 @@ def event(
 
     It serves pages for the stage, for spectators and for officials. The same command goes on where it was.
     """
-    folder = output or file.with_suffix("")
+    folder, table = output or file.with_suffix(""), read_timetable(file)
+    if folder == file:
+        raise typer.BadParameter("a file without an ending, such as .toml, needs --output", param_hint="FILE")
     with owned(folder):
-        table = read_timetable(file)
         served = served_at(folder, listen, PORT, "the event", tls=tls, name=name)
         run_event(table, file.parent, folder, served, ["--sandbox", *([] if windows else ["--headless"])])
 
@@ -63,6 +65,7 @@ def run_event(
     field = Field(base, folder, served.page.official, [*options, *table.options], paged=not quick)
     try:
         event = Event(table, field.games(table), read_kept(folder / KEPT), clock.now())
+        field.check_options(table)
     except ConfigError as error:
         raise ConfigError(f"{folder}: {error}") from None
     if quick:
@@ -72,7 +75,8 @@ def run_event(
 
     def tell(say: Callable[..., None] = console.print) -> None:
         while not running.said.empty():
-            say(running.said.get(), soft_wrap=True, markup=False)
+            with suppress(OSError):  # nobody may read it any more
+                say(running.said.get(), soft_wrap=True, markup=False)
 
     with stoppable() as stop:
         site.start()

@@ -14,7 +14,7 @@ from msgspec.structs import asdict, replace
 from vrg.bus.messages import Stage
 from vrg.coordinator.rulebook import DRAW
 from vrg.errors import ConfigError
-from vrg_class.event.outcomes import Correction, Kept, Outcome, placed
+from vrg_class.event.outcomes import Correction, Kept, Outcome, placed, unplaced
 from vrg_class.event.plan import Fixture, Game, Plan, plan
 from vrg_class.event.timetable import MOST, Timetable, due, is_lately
 from vrg_class.site import RefusalError
@@ -82,7 +82,7 @@ class Event:
 
     def __init__(self, table: Timetable, games: Sequence[Game], kept: Kept, now: float) -> None:
         self.table, self._games = table, games
-        self._titles, self._seeds = dict(kept.titles), dict(kept.seeds)
+        self._titles, self._seeds, self._again = dict(kept.titles), dict(kept.seeds), set(kept.again)
         names = {team.name for team in table.teams}
         if lost := {name for seeds in kept.seeds.values() for name in seeds} - names:
             raise ConfigError(f"expected {', '.join(sorted(lost))} among the teams: a bracket with them has begun")
@@ -92,16 +92,20 @@ class Event:
         fixtures = self.plan.fixtures
         if len(fixtures) > MOST:
             raise ConfigError(f"expected at most {MOST} matches, got {len(fixtures)}")
-        self._outcomes = placed(kept.outcomes, [fixture.of for fixture in fixtures])
+        before = placed(kept.outcomes, [fixture.of for fixture in fixtures])
+        now_as = {one.of.name: one.of for one in self._planned(before).fixtures}
+        if other := [name for name, outcome in before.items() if now_as[name].teams != outcome.of.teams]:
+            raise unplaced(other)
+        self._outcomes = {name: replace(outcome, of=now_as[name]) for name, outcome in before.items()}
         self.phase: Phase = Phase.WAITING
         self.on: str | None = None
         self.held = kept.held
         self.live: Live | None = None
         self.stopping = False
-        self._held_at = self._earliest = now
-        self._confirms = math.inf
+        self._held_at = self._reviewed = now
+        paused = max((one.ended for one in self._outcomes.values()), default=-math.inf) + table.pause
+        self._earliest = min(max(now, paused), now + table.pause)
         self._begun = False
-        self._again: str | None = None
         self._change()
         if (name := next((name for name, one in self._outcomes.items() if not one.confirmed), None)) is not None:
             self._review(name, now)
@@ -119,13 +123,13 @@ class Event:
     @property
     def kept(self) -> Kept:
         """What is to survive a restart."""
-        return Kept(tuple(self._outcomes.values()), self._titles, self._seeds, self.held)
+        return Kept(tuple(self._outcomes.values()), self._titles, self._seeds, tuple(self._again), self.held)
 
     @property
     def next(self) -> Fixture | None:
         """The match that is to be played again, or else the first without a result; None for none."""
         open_ = [one for one in self.plan.fixtures if one.needed and one.of.name not in self._outcomes]
-        return next((one for one in open_ if one.of.name == self._again), open_[0] if open_ else None)
+        return next((one for one in open_ if one.of.name in self._again), open_[0] if open_ else None)
 
     @property
     def _current(self) -> Fixture | None:
@@ -141,7 +145,7 @@ class Event:
 
     def begins(self, fixture: Fixture) -> float:
         """When the next match begins."""
-        if fixture.of.name == self._again:
+        if fixture.of.name in self._again:
             return self._earliest
         lately = any(is_lately(one.ended, self._earliest) for one in self._outcomes.values())
         return due(fixture.at, self._earliest, lately=lately)
@@ -155,15 +159,11 @@ class Event:
         if self.phase is not Phase.WAITING or fixture is None or waits:
             return None
         self.phase, self.on, self._begun, self.stopping, self.live = Phase.READY, fixture.of.name, False, False, None
-        if fixture.stands is not None and fixture.entry not in self._seeds:
-            self._seeds[fixture.entry] = self._seeding(fixture.entry)
+        first = next(one for one in self.plan.fixtures if one.entry == fixture.entry)
+        if first.stands is not None:  # from now on the bracket keeps its teams
+            self._seeds.setdefault(first.of.name, self.plan.seeds[first.of.name])
         self._change()
         return fixture
-
-    def _seeding(self, entry: int) -> tuple[str, ...]:
-        """The teams of a bracket that begins, the best first."""
-        names = [row.name for row in self.plan.table] or [team.name for team in self.table.teams]
-        return tuple(names[: self.table.matches[entry].places or len(names)])
 
     def hear(self, live: Live | None) -> None:
         """Take in what is known of the match on the field; None if its page does not answer."""
@@ -187,18 +187,23 @@ class Event:
             self._review(self.on, now)
         self._change()
 
-    def fail(self, now: float, words: str) -> None:
-        """Hold the event, because something has failed that must not."""
+    def fail(self, now: float, why: str, words: str) -> None:
+        """Hold the event, because something has failed that must not; nobody plays the match on the field any more."""
         if self.phase in (Phase.READY, Phase.RUNNING):
-            self.ended(Report(why="failed", words=words), now)
+            self.ended(Report(why=why, words=words), now)
         else:
-            self.hold(now, "failed", words=words)
+            self.hold(now, why, words=words)
 
     def _review(self, name: str, now: float) -> None:
         """Let officials look at a score. What was broken off is not confirmed by itself, unless there is no review."""
-        self.phase, self.on, self._again = Phase.REVIEW, name, None
-        whole = self._outcomes[name].winner is not None or self.table.review == 0.0
-        self._confirms = now + self.table.review if whole else math.inf
+        self.phase, self.on, self._reviewed, self._held_at = Phase.REVIEW, name, now, now
+        self._again.discard(name)
+
+    @property
+    def _confirms(self) -> float:
+        """When the score under review is confirmed by itself."""
+        whole = self.table.review == 0.0 or (self.on is not None and self._outcomes[self.on].winner is not None)
+        return self._reviewed + self.table.review if whole else math.inf
 
     def _confirm(self, now: float) -> None:
         assert self.on is not None
@@ -217,7 +222,7 @@ class Event:
     def go_on(self, now: float) -> None:
         """Go on; a review goes on with the time that was left."""
         if self.held is not None:
-            self._confirms += now - self._held_at
+            self._reviewed += now - self._held_at
             self.held = None
             self._change()
 
@@ -235,9 +240,12 @@ class Event:
         """Confirm the score that is under review.
 
         Raises:
-            RefusalError: none is.
+            RefusalError: none is, or it decides between teams and has no winner.
         """
-        self._need(self.phase is Phase.REVIEW)
+        self._need(self.phase is Phase.REVIEW and self.on is not None)
+        outcome = self._outcomes[self.on or ""]
+        if outcome.winner is None and outcome.of.teams:
+            raise RefusalError("winner")
         self._confirm(now)
 
     def stop(self) -> None:
@@ -261,8 +269,10 @@ class Event:
         self._need(self.phase is Phase.WAITING or (reviewed and self.on == name))
         self._set({other: one for other, one in self._outcomes.items() if other != name})
         if reviewed:
-            self.phase, self.on, self._earliest = Phase.WAITING, None, now + self.table.pause
-        self._again = name
+            self.phase, self.on = Phase.WAITING, None
+        self._earliest = max(self._earliest, now + self.table.pause)
+        self._again.add(name)
+        self._change()
 
     def correct(self, number: int, score: Mapping[str, int], winner: str, reason: str) -> None:
         """Correct a result. What it was is kept.
@@ -325,29 +335,30 @@ class Event:
     def _change(self) -> None:
         self.version += 1
 
-    def state(self, now: float, since: int = 0) -> dict[str, Any]:
-        """What pages show, as plain data; what changes seldom is left out for who has this version.
+    def state(self, now: float) -> dict[str, Any]:
+        """What pages show and what changes at any time, as plain data.
 
         Returns:
             `left` (s until the next match begins, or the score is confirmed by itself; None for never), `n` (the number
-            of the match that is on, or next), `phase`, `held`, `live` and `version`; and `title`, `matches`, `ranking`
-            and `champion`.
+            of the match that is on, or next), `phase`, `held`, `live`, `stopping` and `version`.
         """
         current = self._current
         left = self._confirms - now if self.phase is Phase.REVIEW else None
         if self.phase is Phase.WAITING and current is not None:
             left = 0.0 if self._begun else self.begins(current) - now
-        found = {
+        return {
             "phase": self.phase if current else "over", "n": current and current.of.number, "held": self.held,
             "left": None if left is None or math.isinf(left) else round(max(0.0, left), 2),
             "live": self.live and asdict(self.live), "version": self.version,
+            "stopping": self.stopping and self.phase in (Phase.READY, Phase.RUNNING),
         }  # fmt: skip
-        if since == self.version:
-            return found
-        return found | {
+
+    def listing(self) -> dict[str, Any]:
+        """What pages show and what changes with `version` alone: the title, all matches, the ranking, the champion."""
+        return {
             "title": self.table.title,
             "matches": [self.row(fixture) for fixture in self.plan.fixtures],
-            "ranking": [row._asdict() for row in self.plan.table],
+            "ranking": [row._asdict() for row in self.plan.ranking],
             "champion": self.plan.champion,
         }
 

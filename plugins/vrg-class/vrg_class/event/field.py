@@ -5,7 +5,7 @@ import functools
 import hashlib
 import hmac
 import signal
-import socket
+import subprocess
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +23,7 @@ from vrg.config.setup import CheckedMatch
 from vrg.coordinator.journal import read_journal
 from vrg.errors import ConfigError, VrgError
 from vrg.files import read_text, write_whole
+from vrg.launch.endpoints import free_port
 from vrg.playing.by_command import started
 from vrg.runs.keeping import keep
 from vrg.runs.run import Run
@@ -35,6 +36,8 @@ from vrg_class.event.timetable import Timetable
 from vrg_class.event.watching import LOOPBACK, watch
 from vrg_class.tries import teams_of
 
+PORT: Final = 18470
+"""The port of the page of a match on loopback, or one of the next ones; systems give none of these away."""
 _LOOKED: Final = 0.05
 """The real time in s between two looks at whether a match has ended."""
 _KILLED: Final = 45.0
@@ -95,6 +98,23 @@ class Field:
                 raise ConfigError(f"entry {number} of the timetable, {entry.title or entry.match}: {error}") from None
         return found
 
+    def check_options(self, table: Timetable) -> None:
+        """Make sure that `vrg play` takes the options; it says itself what is wrong.
+
+        Raises:
+            ConfigError: it does not.
+        """
+        if table.options:
+            entry = table.matches[0]
+            file = self._folder / "options.toml"
+            write_whole(file, self.setup(entry.match, entry.strategies, entry.seed).text.encode())
+            command = ["play", str(file), "--dry-run", *self._options]
+            with started(command, stdout=subprocess.DEVNULL) as process:
+                status = process.wait()
+            file.unlink()
+            if status != 0:
+                raise ConfigError(f"options: `vrg play {' '.join(table.options)}` is refused, as it says above")
+
     async def play(
         self, match: Match, session: ClientSession, hear: Callable[[Live | None], None], stopping: Callable[[], bool]
     ) -> Report:
@@ -114,7 +134,7 @@ class Field:
                 process = await asyncio.to_thread(functools.partial(started, command, stderr=said))
             self.page = page
             if page is not None:
-                watching = asyncio.create_task(watch(session, page.port, hear))
+                watching = asyncio.create_task(watch(session, page, hear))
             stopped = 0.0
             while process.poll() is None:
                 if stopping() and not stopped:
@@ -126,8 +146,8 @@ class Field:
             if process.stdin is not None:
                 process.stdin.close()
             report = await asyncio.to_thread(report_of, self._folder, next(iter(runs.glob("*")), None))
-            told = read_text(errors).strip().splitlines()[-1:] if report.why and not report.words else []
-            return msgspec.structs.replace(report, words=told[0].removeprefix("vrg: ")) if told else report
+            told = _last(read_text(errors)) if report.why and not report.words else ""
+            return msgspec.structs.replace(report, words=told) if told else report
         except (OSError, VrgError) as error:
             return Report(why="not_played", words=str(error))
         finally:
@@ -146,9 +166,7 @@ class Field:
         keep(setup, folder)
         if not self._paged:
             return folder.match_file, None
-        with socket.socket() as free:
-            free.bind((LOOPBACK, 0))
-            port = free.getsockname()[1]
+        port = free_port(LOOPBACK, PORT, tries=200)
         seats = {player.name: self._seat(match.name, player.name) for player in setup.players}
         page = Admission(LOOPBACK, port, self._official, seats)
         write_whole(self._page_file, page.encoded().encode(), 0o600)
@@ -161,6 +179,12 @@ class Field:
     def _seat(self, match: str, player: str) -> str:
         """The token of a player's seat, which stays the same when a match is played again."""
         return hmac.new(self._official.encode(), f"{match}\n{player}".encode(), hashlib.sha256).hexdigest()[:32]
+
+
+def _last(text: str) -> str:
+    """The last line with words, without the frame that some terminals get."""
+    lines = [line.strip(" \u2500\u2502\u256d\u256e\u2570\u256f") for line in text.splitlines()]
+    return next((line for line in reversed(lines) if line), "").removeprefix("vrg: ")
 
 
 def report_of(base: Path, path: Path | None) -> Report:

@@ -1,6 +1,6 @@
 """What an event keeps in its folder, and to which matches of a timetable that was changed it belongs."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import msgspec
@@ -66,13 +66,15 @@ class Kept(Struct, frozen=True):
 
     Args:
         outcomes: in the order of play. titles: that officials have given, by name of the match.
-        seeds: the teams of each bracket that has begun, the best first, by the number of its entry from 0.
+        seeds: the teams of each bracket that has begun, the best first, by the name of its first match.
+        again: the names of matches that are to be played again.
         held: why the event is held, as pages tell it; None if it is not.
     """
 
     outcomes: tuple[Outcome, ...] = ()
     titles: dict[str, str] = {}
-    seeds: dict[int, tuple[str, ...]] = {}
+    seeds: dict[str, tuple[str, ...]] = {}
+    again: tuple[str, ...] = ()
     held: dict[str, str] | None = None
 
 
@@ -93,39 +95,40 @@ def read_kept(file: Path) -> Kept:
 def placed(outcomes: Iterable[Outcome], matches: Sequence[Match]) -> dict[str, Outcome]:
     """Outcomes by the name of the match to which each belongs, in their order.
 
-    They are found by name, else by content, else by number where the game is the same.
+    They are found by name, else by content; a single match also by its number, if its game is the same. Whether the
+    teams of a bracket are still the same is left to who knows them.
 
     Raises:
         ConfigError: one belongs to none.
     """
     outcomes = list(outcomes)
-    free, found = {match.name: match for match in matches}, dict[int, Match]()
-    for rule in (_named, _alike, _numbered):
+    free, found = {match.name: match for match in matches}, dict[int, str]()
+    for fits in (_named, _alike, _numbered):
         for place, outcome in enumerate(outcomes):
-            if place not in found and (match := rule(outcome.of, free)) is not None:
-                found[place] = free.pop(match.name)
+            same = [] if place in found else [match for match in free.values() if fits(outcome.of, match)]
+            match = next((one for one in same if len(same) == 1 or one.number == outcome.of.number), None)
+            if match is not None:
+                found[place] = free.pop(match.name).name
     if lost := [outcome.of.name for place, outcome in enumerate(outcomes) if place not in found]:
-        raise ConfigError(
-            f"expected the results of this timetable, found those of {', '.join(map(repr, lost))}: "
-            "add the matches to the timetable, or move the folder away"
-        )
-    return {match.name: msgspec.structs.replace(outcomes[n], of=match) for n, match in sorted(found.items())}
+        raise unplaced(lost)
+    return {found[place]: outcome for place, outcome in enumerate(outcomes)}
 
 
-def _named(of: Match, free: Mapping[str, Match]) -> Match | None:
-    return free.get(of.name)
+def unplaced(names: Iterable[str]) -> ConfigError:
+    """That the results of some matches belong to none of a timetable."""
+    return ConfigError(
+        f"expected the results of this timetable, found those of {', '.join(map(repr, names))}: "
+        "give the timetable back its teams and matches, or move the folder away"
+    )
 
 
-def _alike(of: Match, free: Mapping[str, Match]) -> Match | None:
-    return _only(of, free, lambda match: match.content == of.content)
+def _named(of: Match, match: Match) -> bool:
+    return match.name == of.name
 
 
-def _numbered(of: Match, free: Mapping[str, Match]) -> Match | None:
-    same = (of.number, of.kind, of.match)
-    return _only(of, free, lambda match: (match.number, match.kind, match.match) == same)
+def _alike(of: Match, match: Match) -> bool:
+    return match.content == of.content
 
 
-def _only(of: Match, free: Mapping[str, Match], fits: Callable[[Match], bool]) -> Match | None:
-    """The only match that fits, or the one of the same number among them."""
-    found = [match for match in free.values() if fits(match)]
-    return next((match for match in found if len(found) == 1 or match.number == of.number), None)
+def _numbered(of: Match, match: Match) -> bool:
+    return of.kind == "match" and (match.number, match.kind, match.match) == (of.number, of.kind, of.match)

@@ -1,9 +1,9 @@
 """The matches of an event: what its timetable becomes once teams are drawn, ranked and put into brackets."""
 
 import functools
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,13 +27,19 @@ class Game(NamedTuple):
     legs: int
 
 
-class Pairs(NamedTuple):
-    """Where a match stands in a bracket: the number of its pairing from 0, its part, and the round in that part."""
+class Slot(NamedTuple):
+    """Where a match stands in a bracket.
+
+    Args:
+        pairing: the number of its pairing from 0. part: of the bracket. round: in that part, from 1.
+        again: it is of the second final. pair_winner: the team that has won the pairing; None while that is open.
+    """
 
     pairing: int
     part: str
     round: int
     again: bool
+    pair_winner: str | None = None
 
 
 @dataclass(frozen=True)
@@ -53,22 +59,22 @@ class Fixture:
     at: str
     sides: tuple[str, ...]
     sources: tuple[dict[str, Any], ...] = ()
-    stands: Pairs | None = None
+    stands: Slot | None = None
     needed: bool = True
-
-    @property
-    def known(self) -> bool:
-        """It is known who plays."""
-        return all("name" in source for source in self.sources)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """All matches in the order of play, the ranking, and the winner of the last bracket."""
+    """All matches in the order of play, the ranking, and the winner of the last bracket.
+
+    Args:
+        seeds: the teams of each bracket that has begun or can begin, the best first, by the name of its first match.
+    """
 
     fixtures: tuple[Fixture, ...]
-    table: tuple[Row, ...] = ()
+    ranking: tuple[Row, ...] = ()
     champion: str | None = None
+    seeds: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def fixture(self, number: int) -> Fixture | None:
         """The match of a number from 1; None for none."""
@@ -76,13 +82,13 @@ class Plan:
 
 
 def plan(
-    table: Timetable, games: Sequence[Game], outcomes: Mapping[str, Outcome], seeds: Mapping[int, Sequence[str]]
+    table: Timetable, games: Sequence[Game], outcomes: Mapping[str, Outcome], seeds: Mapping[str, Sequence[str]]
 ) -> Plan:
     """The matches as they stand.
 
     Args:
         games: of each entry. outcomes: by name of the match; only confirmed ones count.
-        seeds: of brackets that have begun, by the number of the entry.
+        seeds: of brackets that have begun, by the name of the first match.
     """
     made = _Making(table, {name: one for name, one in outcomes.items() if one.confirmed})
     for entry, game in enumerate(games):
@@ -90,25 +96,26 @@ def plan(
             case "qualification":
                 made.qualification(entry, game)
             case "bracket":
-                made.bracket(entry, game, seeds.get(entry))
+                made.bracket(entry, game, seeds)
             case _:
                 made.single_match(entry, game)
-    return Plan(tuple(made.fixtures), tuple(made.ranking()), made.champion)
+    return Plan(tuple(made.fixtures), tuple(made.ranking()), made.champion, made.seeds)
 
 
 class _Making:
     def __init__(self, table: Timetable, confirmed: Mapping[str, Outcome]) -> None:
         self._table, self._confirmed = table, confirmed
         self._strategies = {team.name: team.strategy for team in table.teams}
-        self._used: Counter[str] = Counter()
+        self._names: set[str] = set()
+        self.seeds: dict[str, tuple[str, ...]] = {}
         self.fixtures: list[Fixture] = []
         self.champion: str | None = None
 
     def _add(self, entry: int, name: str, game: Game, *, first: bool, teams: Sequence[Any] = (), **more: Any) -> Match:
         """Add a match; `teams` are names, or where they come from; `first` is True for the first one of an entry."""
         wanted = self._table.matches[entry]
-        self._used[name] += 1
-        name = name if self._used[name] == 1 else f"{name} ({self._used[name]})"
+        name = self._free(name)
+        self._names.add(name)
         known = tuple(team if isinstance(team, str) else "?" for team in teams)
         strategies = {side: self._strategies.get(team, "") for side, team in zip(game.sides, known, strict=bool(teams))}
         of = Match(
@@ -121,6 +128,10 @@ class _Making:
         self.fixtures.append(Fixture(of, entry, title, at, game.sides, sources=sources, **more))
         return of
 
+    def _free(self, name: str) -> str:
+        """A name that no match has yet."""
+        return next(one for n in count(1) if (one := name if n == 1 else f"{name} ({n})") not in self._names)
+
     def single_match(self, entry: int, game: Game) -> None:
         self._add(entry, _title(self._table.matches[entry]), game, first=True)
 
@@ -130,14 +141,20 @@ class _Making:
             teams = [names[one] for one in pair]
             self._add(entry, " – ".join(teams), game, first=number == 0, teams=teams)
 
-    def bracket(self, entry: int, game: Game, seeds: Sequence[str] | None) -> None:
+    def bracket(self, entry: int, game: Game, begun: Mapping[str, Sequence[str]]) -> None:
         wanted = self._table.matches[entry]
+        name = self._free(f"{_title(wanted)} 1.1")
+        seeds = begun.get(name)
         teams = len(self._table.teams)
         places = len(seeds) if seeds else min(wanted.places or teams, teams)
         pairings = double(places) if wanted.elimination == "double" else single(places)
-        if seeds is None and all(one.of.name in self._confirmed for one in self.fixtures if one.of.teams):
+        if seeds is None and all(
+            one.of.name in self._confirmed for one in self.fixtures if one.of.teams and one.needed
+        ):
             ranked = [row.name for row in self.ranking()] or [team.name for team in self._table.teams]
             seeds = ranked[:places]
+        if seeds is not None:
+            self.seeds[name] = tuple(seeds)
         winners: dict[int, int] = {}
         numbers: list[str] = []
         for number, pairing in enumerate(pairings):
@@ -147,7 +164,7 @@ class _Making:
                 for seed, source in zip(pair, (pairing.first, pairing.second), strict=True)
             ]
             needed = is_needed(pairings, number, winners) is not False
-            stands = Pairs(number, pairing.side, pairing.round, pairing.again)
+            stands = Slot(number, pairing.side, pairing.round, pairing.again)
             legs = [
                 self._add(
                     entry, f"{_title(wanted)} {number + 1}.{leg + 1}", game, first=number == leg == 0,
@@ -158,9 +175,11 @@ class _Making:
             numbers.append("+".join(str(leg.number) for leg in legs))
             played = [self._confirmed[leg.name] for leg in legs if leg.name in self._confirmed]
             if pair[0] is not None and pair[1] is not None and len(played) == len(legs):
-                winners[number] = winner(pair[0], pair[1], played, game.sides)
-        best = champion(pairings, winners)
-        self.champion = seeds[best] if seeds and best is not None else None
+                best = winners[number] = winner(pair[0], pair[1], played, game.sides)
+                stands = stands._replace(pair_winner=seeds[best] if seeds else None)
+                self.fixtures[-len(legs) :] = [replace(one, stands=stands) for one in self.fixtures[-len(legs) :]]
+        last = champion(pairings, winners)
+        self.champion = seeds[last] if seeds and last is not None else None
 
     def ranking(self) -> list[Row]:
         """The ranking of the teams by the qualifications so far; none if there is no qualification."""
@@ -193,7 +212,7 @@ def _place(side: str | None, sides: Sequence[str]) -> int | None:
 
 
 def winner(first: int, second: int, legs: Sequence[Outcome], sides: Sequence[str]) -> int:
-    """The seed that wins a pairing: the winner of one match, or who has more points in two; else the better one.
+    """The seed that wins a pairing: who has more points in its matches, or has won more of them, or is the better one.
 
     Args:
         first, second: the seeds, from 0. In the second match they have changed sides.
@@ -202,4 +221,6 @@ def winner(first: int, second: int, legs: Sequence[Outcome], sides: Sequence[str
         won = _place(legs[0].winner, sides)
         return min(first, second) if won is None else (first, second)[won]
     (a, b), (d, c) = (points_of(leg, sides) for leg in legs)
-    return min(first, second) if a + c == b + d else first if a + c > b + d else second
+    wins = [_place(legs[0].winner, sides), _place(legs[1].winner, sides[::-1])]
+    lead = (a + c - b - d, wins.count(0) - wins.count(1))
+    return min(first, second) if lead == (0, 0) else first if lead > (0, 0) else second

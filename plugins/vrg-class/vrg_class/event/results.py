@@ -55,6 +55,6 @@ def harmless(cell: str) -> str:
 
 def as_json(event: Event) -> bytes:
     """The matches, and the ranking, for programs."""
-    ranking = [row._asdict() for row in event.plan.table]
+    ranking = [row._asdict() for row in event.plan.ranking]
     about = {"title": event.table.title, "matches": rows(event), "ranking": ranking, "champion": event.plan.champion}
     return msgspec.json.format(msgspec.json.encode(about))

@@ -10,6 +10,7 @@ from typing import Final
 import msgspec
 from aiohttp import ClientSession
 
+from vrg.bus.mailbox import is_power_of_ten
 from vrg.files import write_whole
 from vrg_class.event.clock import EventClock
 from vrg_class.event.course import Event
@@ -34,13 +35,15 @@ class Running:
         event: the event. field: plays its matches. clock: its clock. folder: for what is written.
 
     Attributes:
-        said: what is to be printed, in lines.
+        said: what is to be printed, in lines. files: the results by the name of the file, as they were written last.
     """
 
     def __init__(self, event: Event, field: Field, clock: EventClock, folder: Path) -> None:
         self.event, self.field, self._clock, self._folder = event, field, clock, folder
         self.said: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._written = -1
+        self.files: dict[str, bytes] = {}
+        self._failures = 0
         self._writing = asyncio.Lock()
         self._closed = False
         self._idle = threading.Event()
@@ -75,8 +78,14 @@ class Running:
                     task.add_done_callback(matches.discard)
                 await self.keep()
             except Exception as error:
-                log.exception("the event is held")
-                self.event.hold(self.now(), "failed", words=f"{type(error).__name__}: {error}")
+                self._failures += 1
+                if is_power_of_ten(self._failures):
+                    log.exception("the event is held (number %d)", self._failures)
+                words = f"{type(error).__name__}: {error}"
+                if self._idle.is_set():
+                    self.event.fail(self.now(), "failed", words)
+                else:
+                    self.event.hold(self.now(), "failed", words=words)
 
     async def _play(self, fixture: Fixture, session: ClientSession) -> None:
         event = self.event
@@ -90,25 +99,23 @@ class Running:
                 await self.keep()
         except Exception as error:
             log.exception("a match has failed")
-            event.fail(self.now(), f"{type(error).__name__}: {error}")
+            event.fail(self.now(), "failed", f"{type(error).__name__}: {error}")
         finally:
             self._idle.set()
 
-    async def keep(self) -> None:
-        """Write down what has changed. Where that fails, the event is held, and it is tried again."""
+    async def keep(self) -> bool:
+        """Write down what has changed: whether it is. Where that fails, the event is held, and it is tried again."""
         async with self._writing:
             event, version = self.event, self.event.version
             if version == self._written:
-                return
-            files = {
-                KEPT: msgspec.json.encode(event.kept),
-                "results.json": as_json(event),
-                "results.csv": as_csv(event),
-            }
+                return True
+            self.files = {"results.json": as_json(event), "results.csv": as_csv(event)}
+            files = {KEPT: msgspec.json.encode(event.kept), **self.files}
             try:
                 for name, content in files.items():
                     await asyncio.to_thread(write_whole, self._folder / name, content, synced=True)
             except OSError as error:
                 event.hold(self.now(), "disk", words=error.strerror or str(error))
-            else:
-                self._written = version
+                return False
+            self._written = version
+            return True

@@ -1,22 +1,21 @@
 """The pages of an event: the stage, spectators, officials, and the match on the field, all at one address."""
 
 import asyncio
-import functools
 import html
 from collections.abc import Callable
 from importlib.resources import files
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+import msgspec
 from aiohttp import ClientSession, TCPConnector, web
 from msgspec import Struct
 
 from vrg.seats.folder import LOCAL_HOSTS
 from vrg.ui.web.admission import is_token
 from vrg.ui.web.headers import PAGE_HEADERS
-from vrg_class.event.course import Event
-from vrg_class.event.passing import FRAMED, Passing
-from vrg_class.event.results import as_csv, as_json
+from vrg.ui.web.parts import encode
+from vrg_class.event.proxy import FRAMED, Proxy
 from vrg_class.event.running import Running
 from vrg_class.languages import words
 from vrg_class.links import Served
@@ -56,6 +55,7 @@ class EventSite(DaySite):
     def __init__(self, at: Served, running: Running) -> None:
         super().__init__(at, "event.html")
         self._official, self._running, self._event = at.page.official, running, running.event
+        self._listed: tuple[int, dict[str, msgspec.Raw]] = (-1, {})
         base = at.bases()[0][0]
         self._link = "" if urlsplit(base).hostname in LOCAL_HOSTS else base
 
@@ -65,14 +65,14 @@ class EventSite(DaySite):
         router.add_get("/state", self.told(self._state))
         router.add_post("/act", self.told(self._act))
         router.add_get("/stage.html", self._stage)
-        for name, as_file in (("csv", as_csv), ("json", as_json)):
-            router.add_get(f"/results.{name}", functools.partial(self._results, as_file))
+        for name in ("csv", "json"):
+            router.add_get(f"/results.{name}", self._results)
         router.add_get("/match/{path:[A-Za-z0-9_./-]*}", self._match)
         self._going = asyncio.get_running_loop().create_task(self._go())
 
     async def _go(self) -> None:
         async with ClientSession(connector=TCPConnector(limit=0)) as session:  # the rooms of the server bound them
-            self._passing = Passing(session)
+            self._proxy = Proxy(session)
             await self._running.go(session)
 
     async def dismiss(self) -> None:
@@ -93,13 +93,22 @@ class EventSite(DaySite):
         return bool(token)
 
     async def _state(self, request: web.Request) -> Any:
-        official, since = self._is_official(request), request.query.get("since", "")
-        found = self._event.state(self._running.now(), int(since) if since.isdecimal() and len(since) < 18 else 0)
-        found["link"] = self._link
-        page = self._running.field.page
+        official, page = self._is_official(request), self._running.field.page
+        found = self._event.state(self._running.now()) | {"link": self._link}
+        if request.query.get("since", "") != str(found["version"]):
+            found |= self._listing(found["version"])
         if official and page is not None:
             found["seats"] = page.seats
+        if not official and found["held"] is not None:
+            found["held"] = {"why": found["held"]["why"]}  # the words may have paths of this computer
         return found
+
+    def _listing(self, version: int) -> dict[str, msgspec.Raw]:
+        """What changes with the version alone, as bytes: a crowd asks for it, and it is made once."""
+        if self._listed[0] != version:
+            raw = {key: msgspec.Raw(encode(part).encode()) for key, part in self._event.listing().items()}
+            self._listed = version, raw
+        return self._listed[1]
 
     async def _act(self, request: web.Request) -> Any:
         if not self._is_official(request):
@@ -114,7 +123,8 @@ class EventSite(DaySite):
         if wanted.act not in acts:
             raise RefusalError("request", words=repr(wanted.act[:20]))
         acts[wanted.act]()
-        await self._running.keep()  # what an official has decided is written before it is answered
+        if not await self._running.keep():  # what an official has decided is written before it is answered
+            raise RefusalError("disk", 507, words=(event.held or {}).get("words", ""))
         return {}
 
     async def _stage(self, request: web.Request) -> web.StreamResponse:
@@ -122,12 +132,15 @@ class EventSite(DaySite):
         headers = {"Content-Security-Policy": FRAMING}
         return web.Response(body=body, content_type="text/html", charset="utf-8", headers=headers)
 
-    async def _results(self, as_file: Callable[[Event], bytes], request: web.Request) -> web.StreamResponse:
+    async def _results(self, request: web.Request) -> web.StreamResponse:
+        """A file of results, as it was written last: a crowd may ask for it."""
         if (refused := self.turned_away(request)) is not None:
             return refused
-        kind = "text/csv" if as_file is as_csv else "application/json"
-        headers = {"Content-Disposition": f'attachment; filename="{request.path.removeprefix("/")}"'}
-        return web.Response(body=as_file(self._event), content_type=kind, charset="utf-8", headers=headers)
+        name = request.path.removeprefix("/")
+        kind = "text/csv" if name.endswith(".csv") else "application/json"
+        headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+        body = self._running.files.get(name, b"")
+        return web.Response(body=body, content_type=kind, charset="utf-8", headers=headers)
 
     async def _match(self, request: web.Request) -> web.StreamResponse:
         """What belongs to the page of the match on the field."""
@@ -135,8 +148,8 @@ class EventSite(DaySite):
             return refused
         page, path = self._running.field.page, request.match_info["path"]
         if page is not None and path == "socket":
-            return await self._passing.socket(page, request, self.let_in)
-        if page is not None and (found := await self._passing.file(page, path)) is not None:
+            return await self._proxy.socket(page, request, self.let_in)
+        if page is not None and (found := await self._proxy.file(page, path)) is not None:
             return found
         tag = language_of(request, words())
         told = {name: html.escape(str(words()[tag]["event"][name])) for name in ("nobody", "back")}

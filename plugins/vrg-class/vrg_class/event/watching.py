@@ -8,6 +8,7 @@ import msgspec
 from aiohttp import ClientError, ClientSession, WSMsgType
 from msgspec import Struct
 
+from vrg.ui.web.admission import Admission
 from vrg_class.event.course import Live
 
 LOOPBACK: Final = "127.0.0.1"
@@ -51,12 +52,15 @@ def taken(live: Live, text: str) -> Live:
     return live
 
 
-async def watch(session: ClientSession, port: int, hear: Callable[[Live | None], None]) -> None:
+async def watch(session: ClientSession, page: Admission, hear: Callable[[Live | None], None]) -> None:
     """Tell what a page on loopback shows, until this is cancelled; None while it does not answer."""
+    hello = msgspec.json.encode({"t": "hello", "token": page.official}).decode()  # spectators cannot take its place
     while True:
         try:
-            async with session.ws_connect(f"http://{LOOPBACK}:{port}/socket", max_msg_size=LARGEST) as socket:
-                await socket.send_str('{"t":"hello"}')
+            async with asyncio.timeout(_SILENT):
+                socket = await session.ws_connect(f"http://{LOOPBACK}:{page.port}/socket", max_msg_size=LARGEST)
+            async with socket:
+                await socket.send_str(hello)
                 live, heard = Live(), 0
                 while (message := await socket.receive(_SILENT)).type is WSMsgType.TEXT:
                     live, heard = taken(live, message.data), heard + 1

@@ -117,7 +117,7 @@ function grouped(list, common) {
 /** A bracket: the parts, each with its rounds, each with its pairings; nothing without one.
  *  Where it is `short`, rounds are left out that are over or far away, but for the last and the next one of each part. */
 export function bracket({ matches, n: current }, short = false) {
-  const pairings = grouped(matches.filter(({ kind }) => kind === "bracket"), ({ pairing }) => pairing);
+  const pairings = grouped(matches.filter(({ kind, state }) => kind === "bracket" && state !== "unneeded"), ({ pairing }) => pairing);
   const over = (round) => round.flat().every(({ state }) => state === "confirmed"), open = (round) => !round.flat(2).some(({ who }) => who.some(({ name }) => name));
   const parts = grouped(pairings, ([{ part }]) => part);
   return parts.map((own) => {
@@ -134,10 +134,10 @@ function pair(legs, current) {
   const [first] = legs, played = legs.filter(({ score }) => score), on = legs.some(({ n }) => n === current);
   const lines = first.who.map((team, index) => {
     const points = played.map((leg) => leg.score[leg === first ? index : 1 - index]?.[1] ?? 0).reduce((sum, own) => sum + own, 0);
-    return make("p", "", "", make("span", team.name ? "name" : "name open", who(team)), make("span", "points", played.length ? `${points}` : ""));
+    return make("p", "", "", make("span", !team.name ? "name open" : team.name === first.pair_winner ? "name won" : "name", who(team)), make("span", "points", played.length ? `${points}` : ""));
   });
   if (first.again && !played.length) lines.push(make("p", "note", words("event.if_needed")));
-  const card = make("div", on ? "pair on" : first.state === "unneeded" ? "pair unneeded" : "pair", "", ...lines);
+  const card = make("div", on ? "pair on" : first.pair_winner ? "pair done" : "pair", "", ...lines);
   card.title = legs.map(({ n }) => n).join(", ");
   return card;
 }

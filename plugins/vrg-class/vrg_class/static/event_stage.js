@@ -50,7 +50,8 @@ async function invite(link) {
   byId("scan").hidden = !link;
   if (!link) return;
   try {
-    const { found } = await ask("qr", "", { text: link });
+    const { ok, found } = await ask("qr", "", { text: link });
+    if (!ok) throw found;
     showCode(byId("code"), found.svg);
   } catch {
     setTimeout(() => (invited = null), RETRY);

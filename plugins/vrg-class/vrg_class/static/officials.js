@@ -31,10 +31,10 @@ function show(state, left, lost) {
   say("countdown", held || left === null ? "" : confirms || (left > 0 ? clock(left) : words("event.soon")));
   byId("begin").disabled = phase !== "waiting";
   byId("confirm").disabled = phase !== "review";
-  byId("stop").disabled = !on;
+  byId("stop").disabled = !on || state.stopping;
   byId("hold").dataset.act = held ? "go on" : "hold";
   say("hold", words(held ? "event.act.go_on" : "event.act.hold"));
-  say("stop", words(performance.now() < sure ? "event.act.sure" : "event.act.stop"));
+  say("stop", words(`event.act.${state.stopping ? "stopping" : performance.now() < sure ? "sure" : "stop"}`));
   byId("open").hidden = !on || !live;
   byId("open").href = `match/#${token}`;
   byId("seats").hidden = !seats;

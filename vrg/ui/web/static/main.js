@@ -34,6 +34,8 @@ const tab = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.t
 /** The token of the link. It leaves the address, so that it is not read off a projector; a reload still has it. */
 function takeToken() {
   const [found, ...more] = location.hash.slice(1).split("&");
+  // What is shown to all decides nothing, whatever else this browser has opened.
+  if (!found && new URLSearchParams(location.search).has("view")) return "";
   if (found) {
     keep("token", found, TAB);
     keep("drawer", more[0] ?? "", TAB);

@@ -1,12 +1,12 @@
 """Passes what browsers ask of the page of the match on to its server, which only this computer reaches."""
 
 import asyncio
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, Final
 
 from aiohttp import ClientError, ClientSession, ClientTimeout, WSCloseCode, WSMsgType, web
 
-from vrg.seats.entrance import WaitingRoom
 from vrg.ui.web.admission import Admission
 from vrg.ui.web.headers import PAGE_HEADERS
 from vrg.ui.web.requests import REQUEST_LIMIT, Hello, read_request
@@ -22,12 +22,25 @@ FRAMED: Final = PAGE_HEADERS["Content-Security-Policy"].replace("frame-ancestors
 """The rules of a page that another page of the same address may show."""
 
 
-class Passing:
+class Proxy:
     """See the module. It is for the loop of the server."""
 
     def __init__(self, session: ClientSession) -> None:
         self._session = session
-        self._viewers = WaitingRoom(VIEWERS, 86_400.0)
+        self._viewers: dict[asyncio.BaseTransport, str] = {}
+
+    def has_room(self, viewer: asyncio.BaseTransport, address: str) -> bool:
+        """Take a viewer in, if there is room. One of an address with several makes room; else who was first stays."""
+        if len(self._viewers) >= VIEWERS:
+            crowd, count = Counter(self._viewers.values()).most_common(1)[0]
+            if count == 1:
+                return False
+            oldest = next(other for other, its in self._viewers.items() if its == crowd)
+            del self._viewers[oldest]
+            if isinstance(oldest, asyncio.Transport):
+                oldest.abort()
+        self._viewers[viewer] = address
+        return True
 
     async def file(self, page: Admission, path: str) -> web.Response | None:
         """A file of the page; None if it does not answer."""
@@ -51,10 +64,14 @@ class Passing:
             hello = await browser.receive(_PATIENCE)
             if hello.type is not WSMsgType.TEXT or transport is None:
                 return browser
-            async with self._session.ws_connect(f"{base}/socket", origin=base, max_msg_size=LARGEST) as match:
+            async with asyncio.timeout(_PATIENCE):
+                match = await self._session.ws_connect(f"{base}/socket", origin=base, max_msg_size=LARGEST)
+            async with match:
                 let_in(request)
-                if not _is_known(page, hello.data):  # officials and drivers have their own places
-                    self._viewers.come(transport, request.remote or "")
+                # Officials and drivers have their own places.
+                if not _is_known(page, hello.data) and not self.has_room(transport, request.remote or ""):
+                    await browser.close(code=WSCloseCode.TRY_AGAIN_LATER)
+                    return browser
                 await match.send_str(hello.data)
                 both = [asyncio.create_task(_pump(browser, match)), asyncio.create_task(_pump(match, browser))]
                 try:
@@ -68,7 +85,7 @@ class Passing:
             await browser.close(code=WSCloseCode.TRY_AGAIN_LATER)  # one of them is gone
         finally:
             if transport is not None:
-                self._viewers.leave(transport)
+                self._viewers.pop(transport, None)
         return browser
 
 
