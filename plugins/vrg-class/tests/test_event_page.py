@@ -100,7 +100,7 @@ def test_an_event_on_its_stage_on_telephones_and_in_the_hands_of_officials(brows
         stage.wait_text("#waiting", "Seen <b>twice</b> (before: Sharks 2 : 5 Minnows)")
         official.page.click("#confirm")
         stage.wait_text("#what", "Next match")
-        stage.page.wait_for_function("/^[34]:/.test(document.querySelector('#countdown').textContent)")
+        stage.page.wait_for_function("() => /^[34]:/.test(document.querySelector('#countdown').textContent)")
         telephone.page.goto(found.base)
         telephone.wait_text("#matches", "Sharks 3 : 5 Minnows")
         for page in (stage, telephone, official):
@@ -139,13 +139,13 @@ def test_the_stage_stays_whatever_dies(browser: Browser, tmp_path: Path) -> None
         found.field.report = END
         stage.wait_text("#what", "under review")
         found.event.confirm(found.running.now())
-        stage.page.wait_for_function("/^[34]:/.test(document.querySelector('#countdown').textContent)")
+        stage.page.wait_for_function("() => /^[34]:/.test(document.querySelector('#countdown').textContent)")
 
         stage.page.route("**/state*", lambda _: None)  # it hangs
         stage.wait_text("#status", "No connection")
         assert stage.text("#countdown") == ""
         stage.page.unroute("**/state*")
-        stage.page.wait_for_function("/^[34]:/.test(document.querySelector('#countdown').textContent)")
+        stage.page.wait_for_function("() => /^[34]:/.test(document.querySelector('#countdown').textContent)")
         found.site.stop()
         stage.wait_text("#status", "No connection")
         assert (stage.page.url, stage.text("#countdown"), stage.text("#title")) == (address, "", "Open day")
