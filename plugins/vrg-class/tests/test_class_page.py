@@ -73,6 +73,11 @@ def test_a_reload_keeps_all_and_the_own_link_opens_it_elsewhere(visit: Callable[
     other = visit(link.removeprefix(site), SIZES[1])
     other.wait_text("#student", "Ada")
     other.wait("vrg.editor.code === 'mine = 12'")
+    # After a try the field is there as well.
+    page.page.click("#try")
+    page.wait("vrg.player.recording.end")
+    page.page.reload()
+    page.wait("vrg.player.recording.end && vrg.match.ground?.figures.length > 3")
 
 
 def test_the_teacher_sees_the_error_and_speaks_to_all(visit: Callable[..., Visitor]) -> None:
@@ -171,7 +176,7 @@ def test_the_teacher_changes_who_is_in_the_class(visit: Callable[..., Visitor], 
     with teacher.page.expect_download() as download:
         teacher.page.click("#export")
     table = download.value.path().read_text(encoding="utf-8-sig").splitlines()
-    assert table[0] == '"Name","01-drive","02-print","Tries","Handed in","Last error"'
+    assert table[0] == '"Name","Drive","Print","Tries","Handed in","Last error"'
     assert table[1] == '"Ada L.","1","0","1","0",""'
     teacher.page.click("#done button")
     teacher.page.click("[data-act=reset]")

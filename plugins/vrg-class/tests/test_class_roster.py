@@ -74,6 +74,7 @@ def test_names_and_words_may_be_typed_in_capitals() -> None:
     assert listed(BOTH, "ada", " APPLE ") == "Ada"
     assert listed(BOTH, "Ada", "pear") is None
     assert listed(BOTH, "Cy", "") is None
+    assert listed({"Änne Groß": "x"}, "gross, änne", "x") == "Änne Groß", "the surname first"
 
 
 def test_wrong_words_of_a_device_shut_out_that_device_alone() -> None:

@@ -108,8 +108,11 @@ def test_the_league_plays_what_was_handed_in_and_the_board_shows_it(of_class: Cl
     _, board = of_class.ask("/board", of_class.folder.about.joining)
     assert {row["name"] for row in board["rows"][:2]} == {"Ada", "Bo"}
     assert (board["rows"][2]["name"], board["rows"][2]["rating"]) == ("Cy", None), "not rated yet"
-    assert "cannot be read" in of_class.ask("/board", wrong)[1]["problem"]
-    assert of_class.ask("/board", tokens[0])[1]["problem"] == ""
+    assert board["rows"][2]["plays"] is False
+    wait_until(lambda: of_class.site._room.desks["cy"].problem != "", "its student to be told")
+    problem = of_class.ask("/me", wrong)[1]["problem"]
+    assert (problem["kind"], problem["line"], "cy.py" in problem["text"]) == ("SyntaxError", 1, False)
+    assert of_class.ask("/me", tokens[0])[1]["problem"] is None
     status, page = of_class.get(f"/{board['pages']}")
     assert (status, "Ada" in page or "ada" in page) == (200, True)
     assert of_class.get(f"/league/{tokens[0]}/index.html")[0] == 404

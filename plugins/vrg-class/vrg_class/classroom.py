@@ -32,12 +32,14 @@ class Desk:
     Args:
         step: the step of the last try, by its name. tried: the last try. pages: those that listen.
         language: of the lesson, as the browser of the last request prefers it.
+        problem: why what was handed in last does not play, in words of VRG; empty if it does.
         last: when the last request came that costs something, s of the monotonic clock.
         asking: how many requests are answered or wait. turn: whose holder is answered.
     """
 
     step: str = ""
     language: str = ""
+    problem: str = ""
     tried: Try | None = None
     pages: list[Page] = field(default_factory=list)
     last: float = 0.0

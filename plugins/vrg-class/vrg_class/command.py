@@ -78,6 +78,10 @@ def _serve(place: ClassFolder, at: Served, listen: str | None, jobs: int, *, tls
             ("teacher", f"teacher.html#{about.teacher}"),
         )  # fmt: skip
         at.show(links, console)
+        if about.roster:
+            console.print(
+                f"{len(about.roster)} names are in the roster, {about.roster_file}", soft_wrap=True, markup=False
+            )
         for problem in place.problems:
             console.print(f"not used: {problem}", style="yellow", soft_wrap=True, markup=False)
         if listen is None:

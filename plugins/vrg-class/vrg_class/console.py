@@ -16,7 +16,7 @@ from vrg_class.folder import Student, alike
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step
 from vrg_class.links import TOKEN_BYTES
-from vrg_class.site import DaySite, RefusalError, read
+from vrg_class.site import DaySite, RefusalError, language_of, read
 from vrg_class.tries import Tries
 
 
@@ -30,6 +30,7 @@ class Console:
     def __init__(self, room: Classroom, lesson: Mapping[str, Step], tries: Tries, league: ClassLeague) -> None:
         self._room, self._folder, self._lesson = room, room.folder, lesson
         self._tries, self._league = tries, league
+        self._languages = {tag for step in lesson.values() for tag in step.languages}
 
     def add_routes(self, router: web.UrlDispatcher, site: DaySite) -> None:
         """Add what the teacher's page asks for."""
@@ -48,14 +49,15 @@ class Console:
 
         return handler
 
-    async def _look(self, _request: web.Request) -> Any:
+    async def _look(self, request: web.Request) -> Any:
+        language = language_of(request, self._languages)
         found = [
             {
                 "name": student.name, "id": student.folder, "here": bool(self._room.desks[student.folder].pages),
                 "done": student.done, "step": next((name for name in self._lesson if name not in student.done), ""),
                 "stuck": round(time.time() - student.since),
                 "tries": student.tries, "error": student.error, "line": student.line, "handed": student.handed,
-                "link": student.token,
+                "link": student.token, "problem": self._league.problem(student),
             }
             for student in self._folder.students.values()
         ]  # fmt: skip
@@ -63,8 +65,9 @@ class Console:
             "students": found, "message": self._room.message, "halted": self._room.halted,
             "closed": self._room.closed, "busy": self._tries.busy,
             "jobs": self._tries.jobs, "sealed": self._tries.sealed, "lacking": missing() or "",
-            "steps": {name: step.head.title for name, step in self._lesson.items()},
-            "problems": [*self._folder.problems, *filter(None, [self._room.roster_problem])],
+            "steps": {name: step.told(language).title for name, step in self._lesson.items()},
+            "absent": [name for name in self._folder.about.roster if self._folder.named(name) is None],
+            "problems": self._folder.problems, "roster": self._room.roster_problem,
         }  # fmt: skip
 
     async def _decide(self, request: web.Request) -> Any:

@@ -104,8 +104,10 @@ class ClassLeague:
         At the end are those who have handed in and have no rating yet.
         """
         rated = {row["name"] for row in self._rows}
-        waiting = [s.name for s in self._folder.students.values() if s.handed and s.name not in rated]
-        return [*self._rows, *({"name": name, "rating": None, "games": 0, "climbed": 0} for name in waiting)]
+        waiting = [s for s in self._folder.students.values() if s.handed and s.name not in rated]
+        return [*self._rows, *({
+            "name": student.name, "rating": None, "games": 0, "climbed": 0, "plays": not self.problem(student),
+        } for student in waiting)]  # fmt: skip
 
     def problem(self, student: Student) -> str:
         """Why what a student has handed in last does not play, in words; empty if it does."""

@@ -120,6 +120,11 @@ class Step:
                 words, text = _read(file, Words)
                 self._told[language] = Told(words.title, text, words.hint)
 
+    @property
+    def languages(self) -> Collection[str]:
+        """The languages that it has, besides that of the step itself."""
+        return self._told.keys() - {ENGLISH}
+
     def told(self, language: str) -> Told:
         """What a student reads, in a language; as the step itself has it where there is no other file."""
         return self._told.get(language, self._told[ENGLISH])

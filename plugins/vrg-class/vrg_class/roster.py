@@ -141,9 +141,14 @@ def _student(cells: Sequence[str], columns: tuple[Sequence[int], int]) -> tuple[
 def listed(roster: Mapping[str, str], name: str, word: str) -> str | None:
     """The name in a roster of whoever knows its word, both in capitals or not; None if there is none."""
     for known, own in roster.items():
-        if alike(known) == alike(name):
+        if alike(known) == alike(name) or _parts(known) == _parts(name):
             return known if is_token(same(word), same(own)) else None
     return None
+
+
+def _parts(name: str) -> list[str]:
+    """The parts of a name; some write the surname first."""
+    return sorted(re.findall(r"\w+", same(name)))
 
 
 class Guesses:

@@ -20,6 +20,7 @@ from vrg.ui.web.parts import encode
 from vrg_class import requests
 from vrg_class.classroom import UNKNOWN, Classroom, Desk, name_of
 from vrg_class.console import Console
+from vrg_class.faults import Fault, fault_of
 from vrg_class.folder import CODE_SIZE, ClassFolder, Student, revision
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step, first_code, languages
@@ -168,9 +169,14 @@ class ClassSite(DaySite):
         return {
             "id": student.folder, "name": student.name, "game": self._title,
             "code": kept or self._first(desk), "revision": revision(kept), "steps": steps, "step": desk.step,
-            "versions": student.versions, "handed": student.handed,
+            "versions": student.versions, "handed": student.handed, "problem": self._problem(student),
             "message": self._room.message, "halted": self._room.halted, "messages": desk.tried is not None,
         }  # fmt: skip
+
+    def _problem(self, student: Student) -> Fault | None:
+        """Why what a student has handed in last does not play; None if it does."""
+        words = self._league.problem(student)
+        return fault_of(words, f"{student.folder}.py") if words else None
 
     def _first(self, desk: Desk) -> str:
         """The code with which a student begins."""
@@ -354,7 +360,6 @@ class ClassSite(DaySite):
             "message": self._room.message, "halted": self._room.halted,
             "students": len(students), "done": sum(len(one.done) for one in students.values()),
             "pages": f"league/{self._games_key}/index.html" if self._league.games else "",
-            "problem": self._league.problem(student) if student is not None else "",
         }  # fmt: skip
 
     async def _league_page(self, request: web.Request) -> web.Response:
@@ -377,6 +382,11 @@ class ClassSite(DaySite):
                 await asyncio.to_thread(self._league.rest, rests=busy or self._room.halted)
             except Exception:  # the class goes on without its league
                 log.exception("the league cannot go on")
+            for student in self._folder.students.values():
+                desk, problem = self._room.desks[student.folder], self._league.problem(student)
+                if problem != desk.problem:
+                    desk.problem = problem
+                    desk.show(encode({"t": "plays", "problem": self._problem(student)}))
             try:
                 await self._room.write(self._room.look_at_disk)
             except OSError as error:

@@ -83,6 +83,9 @@ def run_event(
         try:
             token = f"officials.html#{served.page.official}"
             served.show((("spectators", ""), ("stage", "stage.html"), ("officials", token)), console)
+            console.print("(Ctrl-C ends it; nothing is lost, and the same command goes on)", markup=False)
+            if event.next is None and event.on is None:
+                console.print("all matches are played; officials may have one played again")
             if event.held is not None:
                 console.print("the timetable is held, as it was before: the officials' page lets it go on")
             while not stop.wait(_LOOKED):

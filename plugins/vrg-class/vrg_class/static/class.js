@@ -9,7 +9,7 @@ import { Player } from "./class_player.js";
 import { ask, CHANGED, Feed, UNKNOWN } from "./class_server.js";
 import { oddSign } from "./class_signs.js";
 import { Output, Values } from "./class_told.js";
-import { fault, outcome, Recording } from "./class_try.js";
+import { fault, FIRST, outcome, Recording } from "./class_try.js";
 import { askWhich, listVersions } from "./class_versions.js";
 import { drop, isLacking, keep, kept } from "./storage.js";
 import { fill, value, words } from "./day_words.js";
@@ -127,7 +127,8 @@ function showLink({ open, refused }) {
 /** Take in what the teacher says to all. */
 function hear({ message, halted }) {
   news = { message, halted };
-  tell("news", [message, halted && words("student.halted")].filter(Boolean).join(" · "));
+  const problem = me?.problem && words("student.playsNot", { why: fault(explained(me.problem)) });
+  tell("news", [message, halted && words("student.halted"), problem].filter(Boolean).join(" · "));
 }
 
 function showVersion() {
@@ -159,6 +160,8 @@ async function tryIt() {
 async function handIn() {
   try {
     me.handed = (await keeper.send("hand-in")).version;
+    me.problem = null;
+    hear(news);
     me.versions = Math.max(me.versions, me.handed);
     showVersion();
     notice(words("student.handedNow", { version: me.handed }));
@@ -195,6 +198,10 @@ function take(message) {
   const { recording } = player;
   if (message.t === "news") return hear(message);
   if (message.t === "saved") return follow(message);
+  if (message.t === "plays") {
+    me.problem = message.problem;
+    return hear(news);
+  }
   if (message.t === "begin") {
     const { step, version } = message, { time, playing } = player, shown = step === lesson.name;
     // After a reconnection the last try comes again, and goes on where it was.
@@ -286,7 +293,7 @@ function showTold(name) {
 async function showBoard() {
   if (!me || body.dataset.told !== "board" || document.hidden) return;
   const found = await ask("board", token).catch(() => null);
-  if (found) board.show(found.rows, found.pages, found.problem);
+  if (found) board.show(found.rows, found.pages);
 }
 
 /** Go to the time and to the line of a row. */
@@ -307,7 +314,7 @@ function draw(now) {
     if (errors.length) showFault(fault(errors[0]), errors[0].line);
     else result(begun ? words("student.playing") : waits, "busy");
   }
-  if (recording.begun) for (const message of recording.at(time, 1)) match.take(message, now / 1000);
+  if (recording.begun) for (const message of recording.at(Math.max(time, FIRST), 1)) match.take(message, now / 1000);
   field.draw(match, now / 1000, values.player);
   tell("idle", recording.begun || !told ? "" : words("student.idle"));
   output.show(time);

@@ -12,18 +12,15 @@ export class Board {
     this.body = make("tbody");
     this.table = make("table", "board", "", make("thead", "", "", head), this.body);
     this.none = make("p", "nothing", words("student.noBoard"));
-    this.problem = make("p", "problem");
     this.link = Object.assign(make("a", "games", words("student.watchGames")), { target: "_blank", rel: "noopener" });
-    parent.append(this.problem, this.none, this.table, this.link);
-    this.show([], "", "");
+    parent.append(this.none, this.table, this.link);
+    this.show([], "");
   }
 
-  /** Show rows, the best first; the address of the games, and why the own code does not play, where there is one. */
-  show(rows, pages, problem = "") {
+  /** Show rows, the best first, and the address of the games, where there are some. */
+  show(rows, pages) {
     this.link.href = pages;
     this.link.hidden = !pages;
-    this.problem.textContent = problem && words("student.playsNot", { why: problem });
-    this.problem.hidden = !problem;
     const text = JSON.stringify(rows);
     if (text === this.shown) return;
     this.shown = text;
@@ -35,7 +32,7 @@ export class Board {
       climbed.title = rise ? words(rise > 0 ? "student.climbed" : "student.fell", { n }) : "";
       const name = make("td", "name", row.name, climbed);
       const line = make("tr", row.name === this.own ? "own" : "", "", make("td", "place", row.rating === null ? "" : String(index + 1)), name);
-      line.append(...["rating", "games"].map((key) => make("td", key, row[key] === null ? words("student.waits") : String(row[key]))));
+      line.append(...["rating", "games"].map((key) => make("td", key, row[key] === null ? words(row.plays ? "student.waits" : "student.doesNotPlay") : String(row[key]))));
       if (row.name === this.own) line.ariaCurrent = "true";
       return line;
     }));

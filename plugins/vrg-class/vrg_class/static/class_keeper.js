@@ -106,7 +106,7 @@ export class Keeper {
     const code = this.code();
     this.own.add(code);
     try {
-      const answer = await ask(path, this.token, { code, base: this.base, apart: this.apart, ...body }, leaving);
+      const answer = await ask(path, this.token, { code, base: this.base, apart: this.apart, ...body }, { keepalive: leaving });
       this.saved(code, answer.revision);
       return answer;
     } catch (refusal) {
@@ -130,7 +130,7 @@ export class Keeper {
   /** The class has newer code than that from which this was made, and has kept both: the student is asked. */
   isStale(here, there) {
     this.asks = true;
-    this.tell(words("student.unsaved"));
+    this.tell("");
     this.onStale(here, there);
   }
 

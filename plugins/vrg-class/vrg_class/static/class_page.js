@@ -28,9 +28,7 @@ export function copy(input) {
 
 /** A button with a sign, and words for those who do not see it. */
 export function signButton(sign, about, act) {
-  const button = Object.assign(document.createElement("button"), { type: "button", textContent: sign, title: about, ariaLabel: about });
-  button.addEventListener("click", act);
-  return button;
+  return Object.assign(document.createElement("button"), { type: "button", textContent: sign, title: about, ariaLabel: about, onclick: act });
 }
 
 /** Show code in an element, a line each; `kind(line, number)` gives the class of a line. */

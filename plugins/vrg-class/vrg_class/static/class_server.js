@@ -4,8 +4,7 @@ import { keep, kept, TAB } from "./storage.js";
 import { refusal, words } from "./day_words.js";
 
 /** With these codes the server closes a connection: its token is not known, what is known of its student has changed, or it has too many pages. */
-export const UNKNOWN = 4001, CHANGED = 4002;
-const CROWDED = 1008;
+export const UNKNOWN = 4001, CHANGED = 4002, CROWDED = 1008;
 
 /** What the server refuses: its sentence, the reason `why` and the `answer`; `status` is 0 where it was not reached. */
 export class Refusal extends Error {
@@ -15,12 +14,11 @@ export class Refusal extends Error {
   }
 }
 
-/** Ask as the one with a token; returns the answer, or throws a Refusal. */
-export async function ask(path, token, body = {}, keepalive = false) {
+/** Ask as the one with a token; returns the answer, or throws a Refusal. `how` are further options of fetch. */
+export async function ask(path, token, body = {}, how = {}) {
   let response, answer;
   try {
-    const headers = { Authorization: `Bearer ${token}` };
-    response = await fetch(path, { method: "POST", headers, body: JSON.stringify(body), keepalive });
+    response = await fetch(path, { method: "POST", headers: { Authorization: `Bearer ${token}` }, body: JSON.stringify(body), ...how });
     answer = await response.json().catch(() => ({}));
   } catch {
     throw new Refusal(words("student.offline"), 0);

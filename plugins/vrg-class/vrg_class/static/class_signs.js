@@ -16,13 +16,12 @@ function odd(sign) {
  * counts signs from 1, as people do, and `place` counts as JavaScript does, from 0.
  */
 export function oddSign(line) {
-  let quote = "", column = 0, place = 0;
+  let quote = "", place = 0;
   for (const sign of line) {
-    column += 1;
     if (quote) quote = sign === quote ? "" : quote;
     else if (sign === "#") return null;
     else if (sign === '"' || sign === "'") quote = sign;
-    else if (odd(sign)) return { ...odd(sign), column, place };
+    else if (odd(sign)) return { ...odd(sign), place, column: [...line.slice(0, place)].length + 1 };
     place += sign.length;
   }
   return null;

@@ -2,6 +2,8 @@
 import { words } from "./day_words.js";
 import { newest, Recording as Shown } from "./recording.js";
 
+/** s: the field is not known before. */
+export const FIRST = 0.1;
 export const seconds = (time) => `${time.toFixed(1)} s`;
 /** A failure of the code, in words. */
 export const fault = ({ line, text }) => words(line ? "student.errorIn" : "student.error", { line, text });

@@ -4,15 +4,8 @@
 const AGAIN = 1000, LATE = 5000;
 
 /** Ask for the words until they come: without them a page says nothing. */
-async function fetched() {
-  for (;;) {
-    try {
-      return await (await fetch("words.json", { signal: AbortSignal.timeout(LATE) })).json();
-    } catch {
-      await new Promise((resolve) => setTimeout(resolve, AGAIN));
-    }
-  }
-}
+const fetched = () => fetch("words.json", { signal: AbortSignal.timeout?.(LATE) }).then((answer) => answer.json())
+  .catch(() => new Promise((resolve) => setTimeout(() => resolve(fetched()), AGAIN)));
 
 const found = await fetched();
 export const LANGUAGE = found.tag;

@@ -1,6 +1,6 @@
 // The spectators' page of an event, for telephones: what is on, what comes, ranking, bracket and all results.
 import { fill, words } from "./day_words.js";
-import { bracket, byId, clock, follow, headingOf, ranking, renew, row, scoreOf, statusOf, titleOf, wonBy } from "./event_parts.js";
+import { bracket, byId, clock, follow, headingOf, ranking, renew, row, scoreOf, sidesOf, statusOf, titleOf, wonBy } from "./event_parts.js";
 import { say } from "./panel.js";
 
 fill();
@@ -17,6 +17,7 @@ follow((state, left, lost) => {
   say("countdown", playing ? [live.scores.map(([, points]) => points).join(" : "), live.clock].filter(Boolean).join("\n") : result + counted);
   say("waiting", playing ? [live.words, ...live.waiting].filter(Boolean).join(" · ") : "");
   byId("watch").hidden = !playing;
+  if (match) byId("watch").href = `match/?${new URLSearchParams({ name: sidesOf(match) })}`;
   renew("ranking", state.version, () => ranking(state));
   renew("bracket", [state.version, n], () => bracket(state));
   byId("table").hidden = !state.ranking.length;

@@ -7,21 +7,17 @@ const EVERY = 1000, PATIENCE = 5000, SHOWN = 200;
 
 export const byId = (id) => document.getElementById(id);
 
-/** Ask the server: {ok, found}. It throws where there is no answer in time. */
-export async function ask(path, token = "", body) {
-  const how = body === undefined ? {} : { method: "POST", body: JSON.stringify(body) };
-  const headers = token ? { Authorization: `Bearer ${token}` } : {};
-  const answer = await fetch(path, { ...how, headers, signal: AbortSignal.timeout?.(PATIENCE) });
-  return { ok: answer.ok, found: await answer.json() };
-}
+/** Options of a request that is given up where there is no answer in time. */
+export const soon = () => ({ signal: AbortSignal.timeout?.(PATIENCE) });
 
 /** Call `show(state, left, lost)` again and again: `left` is in s, null for none; `lost` is true without a connection. */
 export function follow(show, token = "") {
+  const headers = token ? { Authorization: `Bearer ${token}` } : {};
   let state = null, lost = false, until = null;
   async function look() {
     try {
-      const { ok, found } = await ask(`state?since=${state?.version ?? 0}`, token);
-      if (!ok) throw found;
+      const answer = await fetch(`state?since=${state?.version ?? 0}`, { headers, ...soon() }), found = await answer.json();
+      if (!answer.ok) throw found;
       state = { ...state, seats: null, ...found };
       until = found.left === null ? null : performance.now() + 1000 * found.left;
       lost = false;
@@ -54,7 +50,11 @@ export function who(source) {
   return source.name ?? words(`event.from.${kind}`, { n });
 }
 
-export const titleOf = (match) => match.title ?? match.who.map(who).join(" – ");
+/** Who plays, or what a match is called; both where it has both. */
+export const titleOf = ({ title, who: teams }) => [title, teams.map(who).join(" – ")].filter(Boolean).join(": ");
+
+/** The title with the side for which each team plays. */
+export const sidesOf = (match) => (match.who.length ? match.who.map((team, index) => `${who(team)} (${match.sides[index]})`).join(" – ") : titleOf(match));
 
 /** A side of a match: the team that plays for it, or its own name. */
 export const sideOf = (match, side) => (match.who.length ? who(match.who[match.sides.indexOf(side)] ?? { name: side }) : side[0].toUpperCase() + side.slice(1));

@@ -1,7 +1,8 @@
 // The page of the stage: the match while one is on the field, else what comes, results, ranking and bracket.
 import { showCode } from "./class_page.js";
+import { ask } from "./class_server.js";
 import { fill, words } from "./day_words.js";
-import { ask, bracket, byId, clock, correctionsOf, follow, headingOf, ranking, renew, row, scoreOf, statusOf, titleOf, wonBy } from "./event_parts.js";
+import { bracket, byId, clock, correctionsOf, follow, headingOf, ranking, renew, row, scoreOf, sidesOf, soon, statusOf, titleOf, wonBy } from "./event_parts.js";
 import { make, say } from "./panel.js";
 
 /** The rows of the timetable and of the ranking that have room, and ms: between two attempts to load the match; for which
@@ -43,25 +44,28 @@ function showMatch({ n, phase, live }, name, lost) {
 }
 
 /** Show the code of the spectators' page, for telephones; they do not reach the name that a computer has for itself. */
-async function invite(link) {
+function invite(link) {
   if (invited === link) return;
   invited = link;
   say("address", link || words("event.here"));
   byId("scan").hidden = !link;
   if (!link) return;
-  try {
-    const { ok, found } = await ask("qr", "", { text: link });
-    if (!ok) throw found;
-    showCode(byId("code"), found.svg);
-  } catch {
-    setTimeout(() => (invited = null), RETRY);
-  }
+  const asked = ask("qr", "", { text: link }, soon());
+  asked.then(({ svg }) => showCode(byId("code"), svg), () => setTimeout(() => (invited = null), RETRY));
 }
 
 /** Leave out the rows that have no room, and make the bracket as small as it must be. */
 function fit() {
   for (const line of document.querySelectorAll("#below tr")) line.hidden = false;
-  for (const line of [...document.querySelectorAll("#below tr")].reverse()) line.hidden = line.getBoundingClientRect().bottom > innerHeight;
+  for (const table of document.querySelectorAll("#below tbody, #below table.ranking")) {
+    let rows = [...table.querySelectorAll("tr")];
+    // Those of long ago go first, then those that are far away.
+    while (rows.length > 1 && rows.at(-1).getBoundingClientRect().bottom > innerHeight) {
+      const gone = rows[0].classList.contains("confirmed") ? rows[0] : rows.at(-1);
+      gone.hidden = true;
+      rows = rows.filter((row) => row !== gone);
+    }
+  }
   const side = byId("side");
   for (let size = 1; size > 0.35; size *= 0.93) {
     side.style.fontSize = `${size}rem`;
@@ -84,7 +88,7 @@ follow((state, left, lost) => {
   const counts = phase === "waiting" && left !== null && !state.held;
   say("countdown", !counts ? "" : left > 0 ? clock(left) : words("event.soon"));
   say("waiting", phase === "review" && match ? correctionsOf(match).join("\n") : !lost && live && phase === "ready" ? live.waiting.join(" · ") : "");
-  showMatch(state, name, lost);
+  showMatch(state, match ? sidesOf(match) : "", lost);
   renew("matches", [state.version, n], () => {
     const shown = matches.filter((one) => one.state !== "unneeded"), at = match ? shown.indexOf(match) : shown.length;
     const first = Math.max(0, Math.min(at - 3, shown.length - ROWS));

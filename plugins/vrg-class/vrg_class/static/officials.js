@@ -1,19 +1,17 @@
 // The officials' page of an event: what is on, what may be decided now, and corrections of results and titles.
-import { keptToken } from "./class_server.js";
-import { fill, refusal, words } from "./day_words.js";
-import { ask, byId, clock, follow, headingOf, ranking, renew, row, scoreOf, statusOf, titleOf, wonBy } from "./event_parts.js";
+import { ask, keptToken } from "./class_server.js";
+import { fill, words } from "./day_words.js";
+import { byId, clock, follow, headingOf, ranking, renew, row, scoreOf, soon, statusOf, titleOf, wonBy } from "./event_parts.js";
 import { make, say } from "./panel.js";
 
-const SURE = 4000, token = keptToken("vrg-event");
-let refused = "", sure = 0, saved = null;
+const SURE = 4000, TOLD = 6000, token = keptToken("vrg-event");
+let refused = "", told = 0, sure = 0, saved = null;
 /** Have something done; what is refused is said in words. Returns whether it was done. */
 async function act(what, about = {}) {
-  try {
-    const { ok, found } = await ask("act", token, { act: what, ...about });
-    refused = ok ? "" : refusal(found);
-  } catch {
-    refused = words("event.not_sent");
-  }
+  const done = ask("act", token, { act: what, ...about }, soon());
+  refused = await done.then(() => "", ({ status, message }) => (status ? message : words("event.not_sent")));
+  clearTimeout(told);
+  told = setTimeout(() => (refused = ""), TOLD);
   return !refused;
 }
 
@@ -59,8 +57,9 @@ function decisions(match, on) {
 }
 
 /** Ask for something in a dialog; `fields` have names and elements, `save(values)` returns whether it was done. */
-function openDialog(title, fields, save) {
+function openDialog(title, fields, save, button = "event.save") {
   say("dialog-title", title);
+  say("save", words(button));
   say("dialog-status", "");
   byId("fields").replaceChildren(...fields.map(([name, element]) => make("label", "", name, element)));
   saved = save;
@@ -70,12 +69,12 @@ function openDialog(title, fields, save) {
 const input = (value, more = {}) => Object.assign(document.createElement("input"), { value, ...more });
 
 function askTitle(match) {
-  const text = input(titleOf(match), { maxLength: 100 });
+  const text = input(match.title ?? "", { maxLength: 100 });
   openDialog(words("event.ask_title", match), [[words("event.title"), text]], () => act("title", { n: match.n, title: text.value }));
 }
 
 function askAgain(match) {
-  openDialog(words("event.ask_again", { n: match.n, title: titleOf(match) }), [], () => act("again", { n: match.n }));
+  openDialog(words("event.ask_again", { n: match.n, title: titleOf(match) }), [], () => act("again", { n: match.n }), "event.act.again");
 }
 
 function askScore(match) {
@@ -83,6 +82,10 @@ function askScore(match) {
   const points = match.score.map(([, own]) => input(own, { type: "number", required: true, step: 1 }));
   const winner = make("select", "", "", ...[...match.score.map(([side], index) => [side, names[index]]), ["draw", words("event.draw")]]
     .map(([side, name]) => Object.assign(make("option", "", name), { value: side, selected: side === match.winner })));
+  for (const one of points) one.addEventListener("input", () => {
+    const found = points.map(({ valueAsNumber }) => valueAsNumber), best = Math.max(...found), first = found.indexOf(best);
+    winner.value = found.lastIndexOf(best) === first ? match.score[first][0] : "draw";
+  });
   const reason = input("", { required: true, maxLength: 200 });
   const fields = [...names.map((name, index) => [name, points[index]]), [words("event.winner"), winner], [words("event.reason"), reason]];
   openDialog(words("event.ask_score", { n: match.n, title: titleOf(match) }), fields, () => {

@@ -1,12 +1,14 @@
 // The teacher's console: who is here, who is stuck and on what, who has come how far, and a word to all.
 import { byId, copy, listing, notice, showCode, tell } from "./class_page.js";
 import { ask, keptToken } from "./class_server.js";
-import { fill, words } from "./day_words.js";
+import { fill, LANGUAGE, words } from "./day_words.js";
 import { make, say } from "./panel.js";
 
 const EVERY = 2000;
 /** s without a step done after which somebody may need help. */
 const LONG = 300;
+/** What spreadsheets of this language have between two cells. */
+const SEPARATOR = LANGUAGE === "en" ? "," : ";";
 const COLUMNS = ["name", "presence", "step", "doneHead", "stuck", "tries", "error", "handed"];
 const t = (key, fields) => words(`teacher.${key}`, fields);
 const token = keptToken("vrg-class-teacher"), body = byId("students").tBodies[0], steps = byId("done");
@@ -20,11 +22,11 @@ const faulty = ({ error, line }) => (error ? (line ? t("line", { line }) : "") +
 
 /** The cells of a student: text and class of each, in the order of the table. */
 function cells(student) {
-  const { here, step, done, stuck, tries, handed } = student, count = Object.keys(lesson).length, waits = here && done.length < count;
+  const { here, step, done, stuck, tries, handed, problem } = student, count = Object.keys(lesson).length, waits = here && done.length < count;
   return [
-    [`${here ? "●" : "○"} ${t(here ? "here" : "away")}`, "presence"], [tries || step ? step || t("free") : "–", ""], [t("done", { count: done.length, all: count }), "number"],
+    [`${here ? "●" : "○"} ${t(here ? "here" : "away")}`, "presence"], [tries || step ? lesson[step] ?? t("free") : "–", ""], [t("done", { count: done.length, all: count }), "number"],
     [waits ? minutes(stuck) : "–", waits && stuck > LONG ? "number long" : "number"], [String(tries), "number"],
-    [faulty(student), "error"], [handed ? t("version", { number: handed }) : "–", "number"],
+    [faulty(student), "error"], [handed ? t("version", { number: handed }) + (problem ? ` · ${t("doesNotPlay")}` : "") : "–", problem ? "number error" : "number"],
   ];
 }
 
@@ -48,7 +50,7 @@ function show(table, texts) {
 /** The table of the steps: a mark for each that is done. */
 function showSteps() {
   if (!steps.tHead.rows.length) {
-    const heads = Object.entries(lesson).map(([name, title]) => Object.assign(make("th", "", name), { title }));
+    const heads = Object.entries(lesson).map(([name, title]) => Object.assign(make("th", "", title), { title: name }));
     steps.tHead.append(make("tr", "", "", make("th", "", t("name")), ...heads));
   }
   show(steps.tBodies[0], ({ done, step }) => Object.keys(lesson).map((name) => [done.includes(name) ? "✓" : name === step ? "…" : "", "step"]));
@@ -62,9 +64,10 @@ async function look() {
     show(body, cells);
     showSteps();
     const here = all.filter((student) => student.here).length, running = busy ? t("running", { n: busy, jobs }) : t("idle");
-    say("summary", all.length ? [t("count", { here, all: all.length }), running, message && `“${message}”`].filter(Boolean).join(" · ") : t("none"));
+    const absent = found.absent.length ? t("absent", { names: found.absent.join(", ") }) : "";
+    say("summary", [all.length ? t("count", { here, all: all.length }) : t("none"), running, absent, message && `“${message}”`].filter(Boolean).join(" · "));
     const open = found.sealed ? "" : [t("unsealed"), found.lacking && t("lacking", { what: found.lacking })].filter(Boolean).join(" ");
-    warn([open, ...found.problems].filter(Boolean).join(" · "));
+    warn([open, found.roster && t("roster", { words: found.roster }), ...found.problems].filter(Boolean).join(" · "));
     say("halt", t(halted ? "goOn" : "halt"));
     byId("halt").ariaPressed = String(halted);
     say("shut", t(closed ? "reopen" : "shut"));
@@ -113,9 +116,9 @@ function showLink(link) {
 function table() {
   // A cell that begins so would be a formula.
   const cell = (text) => `"${String(text).replace(/^[=+\-@\t\r]/, "'$&").replaceAll('"', '""')}"`;
-  const head = [t("name"), ...Object.keys(lesson), t("tries"), t("handed"), t("error")];
+  const head = [t("name"), ...Object.values(lesson), t("tries"), t("handed"), t("error")];
   const rows = all.map((one) => [one.name, ...Object.keys(lesson).map((name) => (one.done.includes(name) ? 1 : 0)), one.tries, one.handed, faulty(one)]);
-  return `\ufeff${[head, ...rows].map((row) => row.map(cell).join(",")).join("\r\n")}\r\n`;
+  return `\ufeff${[head, ...rows].map((row) => row.map(cell).join(SEPARATOR)).join("\r\n")}\r\n`;
 }
 
 function showView(isProgress) {
