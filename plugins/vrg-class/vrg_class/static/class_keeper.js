@@ -6,7 +6,7 @@ import { words } from "./day_words.js";
 const AFTER = 1000, AGAIN = 3000, MOST = 100;
 /** Pages of a browser keep what is typed apart from each other. */
 const page = Math.random().toString(36).slice(2);
-const places = (id) => `vrg-class-code-${id}-`;
+const places = (id) => `vrg-class-code-${id}:`; // ids have hyphens, and one may begin as another does
 
 /**
  * What earlier pages of a student have left unsaved goes to the class. Returns the last one that is not made from the
