@@ -74,6 +74,7 @@ def test_a_reload_keeps_all_and_the_own_link_opens_it_elsewhere(visit: Callable[
     other.wait_text("#student", "Ada")
     other.wait("vrg.editor.code === 'mine = 12'")
     # After a try the field is there as well.
+    write(page, CODE.format("0.7"))
     page.page.click("#try")
     page.wait("vrg.player.recording.end")
     page.page.reload()
