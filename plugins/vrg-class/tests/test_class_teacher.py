@@ -81,12 +81,12 @@ def test_the_roster_can_be_changed_while_the_class_runs(tmp_path: Path) -> None:
         found.join("Ada", "apple")
         assert found.ask("/join", joining, name="Bo", word="pear", device="b")[0] == 400
         roster.write_text("Bo,\n", encoding="utf-8")
-        wait_until(lambda: bool(found.ask("/teacher", teacher)[1]["problems"]), "the teacher to be told")
+        wait_until(lambda: bool(found.ask("/teacher", teacher)[1]["roster"]), "the teacher to be told")
         found.join("Ada", "apple")
         roster.write_text("Bo,pear\n", encoding="utf-8")
         wait_until(lambda: "Bo" in found.folder.about.roster, "the new one")
         assert found.join("Bo", "pear")
-        assert found.ask("/teacher", teacher)[1]["problems"] == []
+        assert found.ask("/teacher", teacher)[1]["roster"] == ""
     finally:
         found.site.stop()
     roster.write_text("Cy,plum\n", encoding="utf-8")
