@@ -19,10 +19,9 @@ import os
 import re
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
@@ -30,7 +29,7 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct
 
-from vrg.agents.strategy import Strategy, View
+from vrg.agents.strategy import ForfeitError, Strategy, View
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.config.setup import CheckedMatch, MatchSetup
@@ -38,7 +37,7 @@ from vrg.errors import VrgError
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
-from vrg.playing.apart import Strategies, SubprocessStrategy
+from vrg.playing.apart import Strategies
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.web import parts
@@ -55,7 +54,7 @@ LOOKED: Final = 0.2
 PATIENCE: Final = 2.0
 """The real time in s that a decision may take."""
 _DUMP: Final = 0.3
-"""The real time in s in which a process writes where it hangs."""
+"""The real time in s that a process has to write where it hangs."""
 FAILED: Final = "Stop/failed"
 """What a player reports as its mode when its code has failed."""
 PRINTED: Final = 20_000
@@ -103,16 +102,16 @@ class Job(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Watched(Strategies):
-    """The strategies of a try: it notes what the own players see, and which decision lasts.
+    """The strategies of a try: it notes what the own players see, and that a decision lasts too long.
 
     Args:
         own: the names of the own players. looked: called with a player and its view.
-        begun: called with the process id of a strategy before it decides, and with 0 when it has decided.
+        hung: called when a decision has lasted too long; the log of its process will have the place.
     """
 
     own: frozenset[str] = frozenset()
     looked: Callable[[str, View], None] = lambda _player, _view: None
-    begun: Callable[[int], None] = lambda _: None
+    hung: Callable[[], None] = lambda: None
 
     def maker(self, setup: MatchSetup, name: str) -> Callable[[], Strategy]:
         """See `Strategies`."""
@@ -120,15 +119,15 @@ class Watched(Strategies):
         return (lambda: self._watched(make())) if name in self.own else make
 
     def _watched(self, strategy: Strategy) -> Strategy:
-        act, pid = strategy.act, strategy._process.pid if isinstance(strategy, SubprocessStrategy) else 0
+        act = strategy.act
 
         def watched(view: View) -> Any:
             self.looked(strategy.name, view)
-            self.begun(pid)
             try:
                 return act(view)
-            finally:
-                self.begun(0)
+            except ForfeitError:
+                self.hung()
+                raise
 
         strategy.act = watched  # type: ignore[method-assign]
         return strategy
@@ -215,49 +214,16 @@ class Reporter(Node):
         return found
 
 
-@dataclass
-class Watchdog:
-    """Ends a decision that lasts too long, and finds where it hangs.
-
-    Args:
-        logs: the folder with what players print.
-
-    Attributes:
-        hung: set once a decision has lasted too long. line: where it hung; None if that is not known.
-    """
-
-    logs: Path
-    hung: threading.Event = field(default_factory=threading.Event)
-    line: int | None = None
-    _since: tuple[int, float] = (0, 0.0)
-
-    def begun(self, pid: int) -> None:
-        """Take in that a strategy has begun to decide, or with 0 that it has decided."""
-        self._since = pid, time.monotonic()
-
-    def watch(self) -> None:
-        """Look until a decision hangs."""
-        while True:
-            time.sleep(PATIENCE / 10)
-            pid, since = self._since
-            if pid and time.monotonic() - since > PATIENCE:
-                self.hung.set()
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGUSR1)
-                    time.sleep(_DUMP)
-                    self.line = self._place()
-                    os.kill(pid, signal.SIGKILL)
-                return
-
-    def _place(self) -> int | None:
-        """The line of the student's code in the last stack that was written; None if there is none."""
-        wanted = re.compile(rf'File "[^"]*{re.escape(CODE)}", line (\d+)')
-        for log in self.logs.glob("*.log"):
-            with contextlib.suppress(OSError):
-                found = wanted.search(log.read_text(errors="replace").rpartition("Current thread")[2])
-                if found:
-                    return int(found[1])
-        return None
+def _hung_at(logs: Path) -> int | None:
+    """The line of the student's code in the last stack that a process has written; None if there is none."""
+    time.sleep(_DUMP)
+    wanted = re.compile(rf'File "[^"]*{re.escape(CODE)}", line (\d+)')
+    for log in logs.glob("*.log"):
+        with contextlib.suppress(OSError):
+            found = wanted.search(log.read_text(errors="replace").rpartition("Current thread")[2])
+            if found:
+                return int(found[1])
+    return None
 
 
 def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkServer | None) -> None:
@@ -269,24 +235,26 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
     folder.prepare()
     goal = None if job.goal is None else Goal.model_validate(job.goal)
     reporter = Reporter(job.setup, job.team, goal, folder.logs, send)
-    dog = Watchdog(folder.logs)
-    strategies = Watched(server, strangers=job.sealed, own=reporter.own, looked=reporter.looked, begun=dog.begun)
-    threading.Thread(target=dog.watch, daemon=True).start()
+    hung: list[int | None] = []
+    strategies = Watched(
+        server, strangers=job.sealed, deadline=PATIENCE, own=reporter.own, looked=reporter.looked,
+        hung=lambda: hung.append(_hung_at(folder.logs)),
+    )  # fmt: skip
     faults: list[Fault] = []
     ended, winner, score = "", None, {}
     try:
         with open_journal(job.setup, folder) as journal:
             ending = in_process.play(
                 job.setup.at_rate(1.0), journal, watchers=[reporter], limit=job.seconds, logs=folder.logs,
-                apart=strategies, pace=lambda _: not dog.hung.is_set() and not reporter.over,
+                apart=strategies, pace=lambda _: not hung and not reporter.over,
             )  # fmt: skip
     except VrgError as error:
         faults.append(fault_of(str(error), CODE))
     else:
         faults += [fault_of(failure.text, CODE) for failure in ending.failures if failure.player in reporter.own]
         winner, score, ended = ending.state.winner, dict(ending.state.score), ending.state.ended or ""
-    if dog.hung.is_set():
-        faults = [Fault(text=f"act took more than {PATIENCE:g} s", line=dog.line, kind=ENDLESS, limit=PATIENCE)]
+    if hung:
+        faults = [Fault(text=f"act took more than {PATIENCE:g} s", line=hung[0], kind=ENDLESS, limit=PATIENCE)]
     for fault in faults[:5]:
         send(parts.encode({"t": "error", **msgspec.to_builtins(fault)}))
     progress = reporter.progress
