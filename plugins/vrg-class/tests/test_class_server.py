@@ -268,6 +268,25 @@ def test_the_command_serves_a_class_and_survives_being_killed(tmp_path: Path) ->
     assert json.loads((tmp_path / "class" / "class.json").read_text())["game"] == "sharks-and-minnows"
 
 
+def test_students_whose_tries_are_long_leave_a_place_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def work() -> list[str]:
+        queue = tries.Tries(2, "sharks-and-minnows", "planar", sealed=False)
+        began: list[str] = []
+        monkeypatch.setattr(queue, "_played", lambda one: _never(began, one.owner))
+        queue._long |= {"bad", "worse"}
+        for owner in ("bad", "worse", "ada", "bo"):
+            queue.ask(tries.Try(owner, "x", {}, "x", None, 1.0, lambda _: None))
+        await asyncio.sleep(0.05)
+        queue.close()
+        return began
+
+    assert asyncio.run(work()) == ["bad", "ada"]
+
+
+async def _never(began: list[str], owner: str) -> None:
+    began.append(owner)
+
+
 def test_code_of_a_student_does_not_find_variables_of_the_server(tmp_path: Path) -> None:
     code = """
 import asyncio

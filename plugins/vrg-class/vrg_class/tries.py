@@ -32,6 +32,8 @@ LONGEST: Final = 40.0
 """The real time in s that a try may take."""
 FAIR: Final = 8.0
 """The real time in s that a try may take while others wait."""
+LONG: Final = 3.0
+"""The real time in s after which a try is a long one: the next ones of its student leave a place to others."""
 _LOOKED: Final = 0.5
 """The real time in s between two looks at how long a try takes."""
 REPORTED: Final = 8_000_000
@@ -94,6 +96,7 @@ class Tries:
         self.jobs, self.sealed = jobs, sealed
         self.halted = False
         self._waiting: deque[Try] = deque()
+        self._long: set[str] = set()
         self._running: set[Try] = set()
         self._server, self._turn = server_for(game, engine, trial.__name__, "vrg.playing.deciding"), threading.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -130,14 +133,20 @@ class Tries:
             self._waiting.remove(one)
 
     def _go_on(self) -> None:
-        while self._waiting and len(self._running) < self.jobs and not self.halted:
-            one = self._waiting.popleft()
+        while len(self._running) < self.jobs and not self.halted and (one := self._next()) is not None:
+            self._waiting.remove(one)
             self._running.add(one)
             task = asyncio.get_running_loop().create_task(self._played(one))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
         for place, one in enumerate(self._waiting, 1):
             one.tell(encode({"t": "queue", "place": place}))
+
+    def _next(self) -> Try | None:
+        """The try that is played next. Those of students whose last one was long never take the last place."""
+        long = sum(one.owner in self._long for one in self._running)
+        last = self.jobs > 1 and long >= self.jobs - 1
+        return next((one for one in self._waiting if not (last and one.owner in self._long)), None)
 
     async def _played(self, one: Try) -> None:
         loop = asyncio.get_running_loop()
@@ -160,6 +169,8 @@ class Tries:
             log.exception("a try has failed")
             loop.call_soon(one.add, ended("failed"))
         finally:
+            was_long = one._child is not None and time.monotonic() - one._began > LONG
+            (self._long.add if was_long else self._long.discard)(one.owner)
             self._running.discard(one)
             self._go_on()
 
