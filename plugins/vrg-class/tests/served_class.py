@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import aiohttp
+import pytest
 
 from vrg.launch.endpoints import free_port
 from vrg.launch.sandbox.seal import missing
@@ -26,6 +27,7 @@ PATIENCE = 60.0
 """The real time in s for what a test waits for."""
 GOOD = "from vrg.agents import *\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        return Twist(0.7, 0.0)\n"
 """Code that reaches the goal of the first step."""
+SEALED = pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")
 
 
 @dataclass
@@ -127,6 +129,11 @@ def serve(folder: ClassFolder) -> Class:
     )  # fmt: skip
     site.start()
     return Class(folder, port, site)
+
+
+def kinds(found: list[dict[str, object]], kind: str) -> list[dict[str, object]]:
+    """The messages of a kind."""
+    return [one for one in found if one["t"] == kind]
 
 
 def wait_until(condition: Callable[[], bool], what: str) -> None:

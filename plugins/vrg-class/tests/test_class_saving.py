@@ -4,33 +4,18 @@ import asyncio
 import json
 import threading
 from collections import Counter
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
 import aiohttp
 import pytest
-from served_class import GOOD, Class, post, serve, wait_until
+from served_class import GOOD, Class, kinds, post, serve, wait_until
 
-from vrg.launch.sandbox.seal import missing
 from vrg_class import folder as class_folder
 from vrg_class.classroom import ASKED_AT_ONCE
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, revision
-
-SEALED = pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")
-
-
-@pytest.fixture
-def of_class(tmp_path: Path) -> Iterator[Class]:
-    """A class of Sharks and Minnows."""
-    found = serve(opened(tmp_path / "class", "sharks-and-minnows", None, None, None))
-    yield found
-    found.site.stop()
-
-
-def kinds(found: list[dict[str, object]], kind: str) -> list[dict[str, object]]:
-    return [one for one in found if one["t"] == kind]
 
 
 def test_no_failure_of_the_disk_or_of_the_league_ends_what_serves_all(

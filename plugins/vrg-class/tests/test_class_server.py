@@ -6,13 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import aiohttp
 import pytest
-from served_class import GOOD, PATIENCE, Class, post, serve, wait_until
+from served_class import GOOD, PATIENCE, SEALED, Class, kinds, post, wait_until
 
 from tests.command_line import invoke
 from tests.planted import check_unknown
@@ -23,20 +22,6 @@ from vrg.launch.sandbox.seal import missing
 from vrg_class import tries
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder, revision
-
-SEALED = pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")
-
-
-@pytest.fixture
-def of_class(tmp_path: Path) -> Iterator[Class]:
-    """A class of Sharks and Minnows."""
-    found = serve(opened(tmp_path / "class", "sharks-and-minnows", None, None, None))
-    yield found
-    found.site.stop()
-
-
-def kinds(found: list[dict[str, object]], kind: str) -> list[dict[str, object]]:
-    return [one for one in found if one["t"] == kind]
 
 
 def test_a_student_joins_tries_reaches_the_goal_and_finds_it_done(of_class: Class) -> None:

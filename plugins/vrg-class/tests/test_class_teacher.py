@@ -1,28 +1,11 @@
 """Who is in a class: names, tokens, rosters, and what the teacher changes."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
 from served_class import GOOD, Class, serve, wait_until
 
-from vrg.launch.sandbox.seal import missing
 from vrg_class.command import opened
-
-SEALED = pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")
-
-
-@pytest.fixture
-def of_class(tmp_path: Path) -> Iterator[Class]:
-    """A class of Sharks and Minnows."""
-    found = serve(opened(tmp_path / "class", "sharks-and-minnows", None, None, None))
-    yield found
-    found.site.stop()
-
-
-def kinds(found: list[dict[str, object]], kind: str) -> list[dict[str, object]]:
-    return [one for one in found if one["t"] == kind]
 
 
 def test_tokens_and_names(of_class: Class) -> None:

@@ -17,10 +17,11 @@ from vrg.launch.folder_lock import OWNER, owned
 from vrg.launch.fork_server import cores
 from vrg.launch.sandbox.seal import missing
 from vrg.registry import expected_one_of
+from vrg.ui.web.admission import TOKEN_BYTES
 from vrg_class.folder import About, ClassFolder
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import lesson_of, shipped
-from vrg_class.links import TOKEN_BYTES, NameOption, Served, served_at
+from vrg_class.links import NameOption, Served, served_at
 from vrg_class.roster import read_roster
 from vrg_class.server import ClassSite
 from vrg_class.tries import Tries, setup_of

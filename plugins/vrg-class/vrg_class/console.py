@@ -9,13 +9,12 @@ from aiohttp import web
 from msgspec import structs
 
 from vrg.launch.sandbox.seal import missing
-from vrg.ui.web.admission import is_token
+from vrg.ui.web.admission import TOKEN_BYTES, is_token
 from vrg_class import requests
 from vrg_class.classroom import CHANGED, UNKNOWN, Classroom, name_of
 from vrg_class.folder import Student, alike
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step
-from vrg_class.links import TOKEN_BYTES
 from vrg_class.site import DaySite, RefusalError, language_of, read
 from vrg_class.tries import Tries
 

@@ -26,8 +26,7 @@ from msgspec import Struct, structs
 
 from vrg.errors import ConfigError
 from vrg.files import make_folder, read_bytes, write_whole
-from vrg.ui.web.admission import is_token
-from vrg_class.links import TOKEN_BYTES
+from vrg.ui.web.admission import TOKEN_BYTES, is_token
 
 CODE_SIZE: Final = 100_000
 """The number of letters that a student's code may have."""

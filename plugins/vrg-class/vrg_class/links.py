@@ -15,10 +15,8 @@ from vrg.commands.page import encrypted, reached_at, remark_on
 from vrg.errors import ConfigError
 from vrg.files import read_text, write_whole
 from vrg.seats.authority import fingerprint
-from vrg.ui.web.admission import Admission, read_admission
+from vrg.ui.web.admission import TOKEN_BYTES, Admission, read_admission
 
-TOKEN_BYTES: Final = 16
-"""The number of random bytes of a token."""
 PAGE_FILE: Final = "page.json"
 """The file with the officials' token and the certificate, which stay the same when a command is started again."""
 

@@ -3,11 +3,7 @@
 import time
 from collections.abc import Callable
 
-
-def steady() -> float:
-    """Seconds that go on evenly, also while a computer sleeps, where it has such a clock."""
-    boot = getattr(time, "CLOCK_BOOTTIME", None)
-    return time.monotonic() if boot is None else time.clock_gettime(boot)
+from vrg.system import boot_time
 
 
 class EventClock:
@@ -17,7 +13,7 @@ class EventClock:
         wall: tells the wall time, s. It is asked once. since: tells seconds that go on evenly.
     """
 
-    def __init__(self, wall: Callable[[], float] = time.time, since: Callable[[], float] = steady) -> None:
+    def __init__(self, wall: Callable[[], float] = time.time, since: Callable[[], float] = boot_time) -> None:
         self._since = since
         self._offset = wall() - since()
 
