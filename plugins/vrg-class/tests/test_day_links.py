@@ -89,6 +89,8 @@ def test_a_picture_of_a_link_needs_no_token_in_an_address(tmp_path: Path) -> Non
         assert answer["svg"].startswith("<svg")
         assert found.get("/qr.svg?text=x")[0] == 404
         assert found.ask("/qr", "", text=5)[0] == 400
+        links = [f"http://student/{n}" for n in range(3)]
+        assert {found.ask("/qr", "", text=link)[0] for link in links} == {200}, "a teacher looks at one after the other"
         told = [found.ask("/qr", "", text=f"http://other/{n}")[0] for n in range(20)]
         assert 400 in told, "whoever asks for ever new ones must wait"
         assert found.ask("/qr", "", text="http://192.168.1.5:8090/#join=secret")[0] == 200, "but for one that is there"

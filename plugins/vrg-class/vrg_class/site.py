@@ -12,6 +12,7 @@ import segno
 from aiohttp import web
 from msgspec import Struct
 
+from vrg.ui.web.lobby import Allowance
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
 from vrg_class.folder import CODE_SIZE
@@ -20,8 +21,9 @@ from vrg_class.links import Served
 
 LINK_SIZE: Final = 300
 """The number of letters of a link of which a QR code is made."""
-PICTURE_EVERY: Final = 0.25
-"""The real time in s between two new pictures of links."""
+PICTURES_AT_ONCE: Final = 5
+PICTURES_PER_SECOND: Final = 4.0
+"""How fast new pictures of links are made, for all who ask."""
 PICTURES: Final = 1000
 """The number of pictures of links that are kept."""
 T = TypeVar("T", bound=Struct)
@@ -51,7 +53,7 @@ class DaySite(Site):
         own, served = files("vrg_class") / "static", at.page
         super().__init__(served.host, served.port, page, served.certificate, served.private_key, own=own, named=at.name)
         self._pictures: dict[str, str] = {}
-        self._drawn = 0.0
+        self._drawing = Allowance(PICTURES_AT_ONCE, PICTURES_PER_SECOND)
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what all pages ask for."""
@@ -83,10 +85,8 @@ class DaySite(Site):
         text = (await read(request, Link)).text[:LINK_SIZE]
         if text not in self._pictures:
             # Making one takes long, so that whoever asks for ever new ones could hold up all others.
-            now = time.monotonic()
-            if now - self._drawn < PICTURE_EVERY:
+            if not self._drawing.spend(time.monotonic()):
                 raise RefusalError("haste")
-            self._drawn = now
             if len(self._pictures) >= PICTURES:
                 del self._pictures[next(iter(self._pictures))]
             self._pictures[text] = await asyncio.to_thread(_picture, text)

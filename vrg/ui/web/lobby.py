@@ -5,6 +5,7 @@ This knows no network and no clock.
 
 from collections import Counter
 from dataclasses import dataclass, field
+from math import inf
 from typing import Final
 
 from vrg.ui.web.admission import VIEWER, Admission, VisitorKind, VisitorRole
@@ -116,17 +117,22 @@ class Lobby:
 
 @dataclass
 class Allowance:
-    """Bounds how fast a connection may talk: a bucket of tokens that fills at a steady rate."""
+    """Bounds how fast requests come: a bucket of tokens that fills at a steady rate; by default those of a connection.
 
-    left: float = AT_ONCE
-    _before: float | None = None
+    Args:
+        at_once: the number of requests that are within bounds at once. per_second: those of each s after them.
+    """
+
+    at_once: float = AT_ONCE
+    per_second: float = PER_SECOND
+    _left: float = inf
+    _before: float = 0.0
 
     def spend(self, now: float) -> bool:
         """True if one more request is within bounds at the monotonic time `now`, s."""
-        if self._before is not None:
-            self.left = min(AT_ONCE, self.left + (now - self._before) * PER_SECOND)
+        self._left = min(self.at_once, self._left + (now - self._before) * self.per_second)
         self._before = now
-        if self.left < 1.0:
+        if self._left < 1.0:
             return False
-        self.left -= 1.0
+        self._left -= 1.0
         return True
