@@ -268,6 +268,24 @@ def test_students_whose_tries_are_long_leave_a_place_to_others(monkeypatch: pyte
     assert asyncio.run(work()) == ["bad", "ada"]
 
 
+def test_a_try_that_waits_is_soon_played_beside_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def work() -> list[str]:
+        queue = tries.Tries(1, "sharks-and-minnows", "planar", sealed=False)
+        began: list[str] = []
+        monkeypatch.setattr(queue, "_played", lambda one: _never(began, one.owner))
+        for owner in ("ada", "bo", "cy"):
+            queue.ask(tries.Try(owner, "x", {}, "x", None, 1.0, lambda _: None))
+        await asyncio.sleep(0.05)
+        assert began == ["ada"]
+        monkeypatch.setattr(tries, "SOON", 0.0)
+        queue.halt(halted=False)
+        await asyncio.sleep(0.05)
+        queue.close()
+        return began
+
+    assert asyncio.run(work()) == ["ada", "bo"], "and no more than as many again"
+
+
 async def _never(began: list[str], owner: str) -> None:
     began.append(owner)
 
@@ -299,6 +317,7 @@ def test_a_class_and_its_final_are_run_once(tmp_path: Path) -> None:
 
 def test_a_slow_try_ends_while_others_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tries, "FAIR", 1.0)
+    monkeypatch.setattr(tries, "SOON", 1e9)
     head = "import time\nfrom vrg.agents import STILL, Strategy\n\n\nclass Mine(Strategy):\n    def act(self, view):\n"
     (tmp_path / "slow.py").write_text(f"{head}        time.sleep(0.8)\n        return STILL\n")
     (tmp_path / "quick.py").write_text(f"{head}        return STILL\n")

@@ -1,4 +1,8 @@
-"""The queue of tries: as many at a time as there are processors, each in processes of its own, students in turn."""
+"""The queue of tries: as many at a time as there are processors, each in processes of its own, students in turn.
+
+As many again are played for those who have waited for a while: a picture that comes soon is worth more than an end that
+does.
+"""
 
 import asyncio
 import contextlib
@@ -34,6 +38,8 @@ FAIR: Final = 8.0
 """The real time in s that a try may take while others wait."""
 LONG: Final = 3.0
 """The real time in s after which a try is a long one: the next ones of its student leave a place to others."""
+SOON: Final = 0.8
+"""The real time in s after which a try that waits is played beside those that have a processor."""
 _LOOKED: Final = 0.5
 """The real time in s between two looks at how long a try takes."""
 REPORTED: Final = 8_000_000
@@ -54,7 +60,7 @@ class Try:
         tell: called on the server's loop with messages, texts of JSON.
 
     Attributes:
-        messages: what it has reported. slow: others wait while it is played.
+        messages: what it has reported. slow: others wait for a processor while it is played.
     """
 
     owner: str
@@ -66,6 +72,7 @@ class Try:
     tell: Callable[[str], None]
     messages: list[str] = field(default_factory=list)
     slow: bool = False
+    _asked: float = 0.0
     _child: Child | None = None
     _began: float = 0.0
     _dropped: bool = False
@@ -100,7 +107,7 @@ class Tries:
         self._running: set[Try] = set()
         self._server, self._turn = server_for(game, engine, trial.__name__, "vrg.playing.deciding"), threading.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
-        self._threads = ThreadPoolExecutor(jobs)
+        self._threads = ThreadPoolExecutor(2 * jobs)
 
     @property
     def busy(self) -> int:
@@ -112,6 +119,7 @@ class Tries:
         for other in [*self._waiting, *self._running]:
             if other.owner == wanted.owner:
                 self._leave(other)
+        wanted._asked = time.monotonic()
         self._waiting.append(wanted)
         self._go_on()
         return self._waiting.index(wanted) + 1 if wanted in self._waiting else 0
@@ -133,7 +141,7 @@ class Tries:
             self._waiting.remove(one)
 
     def _go_on(self) -> None:
-        while len(self._running) < self.jobs and not self.halted and (one := self._next()) is not None:
+        while not self.halted and (one := self._next()) is not None:
             self._waiting.remove(one)
             self._running.add(one)
             task = asyncio.get_running_loop().create_task(self._played(one))
@@ -143,10 +151,14 @@ class Tries:
             one.tell(encode({"t": "queue", "place": place}))
 
     def _next(self) -> Try | None:
-        """The try that is played next. Those of students whose last one was long never take the last place."""
+        """The try that begins now. Those of students whose last one was long never take the last place."""
+        now, running = time.monotonic(), len(self._running)
         long = sum(one.owner in self._long for one in self._running)
-        last = self.jobs > 1 and long >= self.jobs - 1
-        return next((one for one in self._waiting if not (last and one.owner in self._long)), None)
+        for one in self._waiting:
+            places = self.jobs if now - one._asked < SOON else 2 * self.jobs
+            if running < places and (one.owner not in self._long or long < max(1, self.jobs - 1)):
+                return one
+        return None
 
     async def _played(self, one: Try) -> None:
         loop = asyncio.get_running_loop()
@@ -157,7 +169,9 @@ class Tries:
         try:
             playing = loop.run_in_executor(self._threads, self._play, one, add)
             while not (await asyncio.wait([playing], timeout=_LOOKED))[0]:
-                one.slow = bool(self._waiting)
+                if self._next() is not None:
+                    self._go_on()
+                one.slow = self.busy > self.jobs
                 if one._child is not None and time.monotonic() - one._began > (FAIR if one.slow else LONGEST):
                     one._late = True
                     await loop.run_in_executor(None, self._kill, one._child)
