@@ -154,7 +154,6 @@ class ClassFolder:
         self._unwritten: set[str] = set()
         try:
             if about is not None:
-                path.mkdir(mode=0o700, parents=True, exist_ok=True)
                 self._write(self._file, about)
             self.about = msgspec.json.decode(read_bytes(self._file), type=About)
             (path / "students").mkdir(mode=0o700, exist_ok=True)

@@ -112,20 +112,20 @@ class ClassSite(DaySite):
     ) -> Callable[[web.Request], Any]:
         async def handler(request: web.Request) -> Any:
             token = self.token_of(request)
-            if self._folder.of_token(token) is None:
-                raise RefusalError("unknown", 401)
+
+            def asking() -> Student:
+                return _known(self._folder.of_token(token))
+
+            asking()
             wanted = await read(request, kind)
-            if (student := self._folder.of_token(token)) is None:
-                raise RefusalError("unknown", 401)
+            student = asking()
             self.let_in(request, student.folder)
             desk = self._room.desks[student.folder]
             desk.language = language_of(request, self._languages)
 
             async def found() -> Any:
                 # What is known of a student may have changed until it is its turn.
-                if (student := self._folder.of_token(token)) is None:
-                    raise RefusalError("unknown", 401)
-                return await answer(wanted, student, desk)
+                return await answer(wanted, asking(), desk)
 
             # The field of a step is played once for all, and may take its time.
             return await (found() if kind is requests.Start else desk.answered(found))
@@ -196,9 +196,7 @@ class ClassSite(DaySite):
 
     def _taken(self, wanted: requests.Save, folder: str, as_version: bool, desk: Desk) -> dict[str, Any]:
         """See `_take`; on the thread of the folder."""
-        place, student = self._folder, self._folder.students.get(folder)
-        if student is None:
-            raise RefusalError("unknown", 401)
+        place, student = self._folder, _known(self._folder.students.get(folder))
         now = place.code(student)
         if wanted.code != now and wanted.base != revision(now):
             for code in filter(None, (now, wanted.code)):
@@ -303,9 +301,7 @@ class ClassSite(DaySite):
 
     def _handed(self, folder: str) -> None:
         """Let the newest version of a student play in the league; on the thread of the folder."""
-        if (student := self._folder.students.get(folder)) is None:
-            raise RefusalError("unknown", 401)
-        self._folder.hand_in(student)
+        self._folder.hand_in(_known(self._folder.students.get(folder)))
 
     def _hurry(self, desk: Desk) -> None:
         now = time.monotonic()
@@ -393,3 +389,14 @@ class ClassSite(DaySite):
                 log.warning("what is known of students cannot be written yet: %s", error)
             except Exception:  # nor does the class end because of its disk
                 log.exception("the folder of the class cannot be looked at")
+
+
+def _known(student: Student | None) -> Student:
+    """A student who is still there.
+
+    Raises:
+        RefusalError: there is none.
+    """
+    if student is None:
+        raise RefusalError("unknown", 401)
+    return student

@@ -187,12 +187,12 @@ class Event:
             self._review(self.on, now)
         self._change()
 
-    def fail(self, now: float, why: str, words: str) -> None:
+    def fail(self, now: float, words: str) -> None:
         """Hold the event, because something has failed that must not; nobody plays the match on the field any more."""
         if self.phase in (Phase.READY, Phase.RUNNING):
-            self.ended(Report(why=why, words=words), now)
+            self.ended(Report(why="failed", words=words), now)
         else:
-            self.hold(now, why, words=words)
+            self.hold(now, "failed", words=words)
 
     def _review(self, name: str, now: float) -> None:
         """Let officials look at a score. What was broken off is not confirmed by itself, unless there is no review."""

@@ -83,7 +83,7 @@ class Running:
                     log.exception("the event is held (number %d)", self._failures)
                 words = f"{type(error).__name__}: {error}"
                 if self._idle.is_set():
-                    self.event.fail(self.now(), "failed", words)
+                    self.event.fail(self.now(), words)
                 else:
                     self.event.hold(self.now(), "failed", words=words)
 
@@ -99,7 +99,7 @@ class Running:
                 await self.keep()
         except Exception as error:
             log.exception("a match has failed")
-            event.fail(self.now(), "failed", f"{type(error).__name__}: {error}")
+            event.fail(self.now(), f"{type(error).__name__}: {error}")
         finally:
             self._idle.set()
 
