@@ -6,14 +6,17 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from msgspec import structs
 
 from vrg import registry
-from vrg.bus.messages import Stage
-from vrg.coordinator.rulebook import Contestant, Observation, RuleBook
+from vrg.bus.messages import OfficialAction, Stage
+from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, RuleBook
 from vrg.errors import ConfigError
 from vrg.testing.rulebook import RuleBookContract
+from vrg.testing.trial import trial
 from vrg.types import Pose
 
 ROOT = Path(__file__).parents[1]
@@ -63,6 +66,29 @@ def test_an_arena_that_is_not_convex_is_refused_with_its_line(installed: dict[st
     assert "convex" in done.stderr + done.stdout
 
 
+def test_why_the_man_was_caught_is_shown_with_the_rule_and_the_number_that_decided(
+    installed: dict[str, str], tmp_path: Path
+) -> None:
+    played = vrg(installed, tmp_path, "play", "lion-and-man", "--in-process", "--headless", "--engine", "planar")
+    assert played.returncode == 0, played.stderr
+    calls = json.loads(vrg(installed, tmp_path, "run", "why", "--json").stdout)
+    [caught] = [call["number"] for call in calls if call["rule"] == "caught"]
+    shown = vrg(installed, tmp_path, "run", "why", "--call", str(caught)).stdout
+    assert "A man whose centre comes within the capture distance of the lion's is caught." in shown
+    assert "distance between the centres of the man and the lion: 1.00 m (at most 1 m)" in shown
+    judged = vrg(installed, tmp_path, "run", "judge")
+    assert judged.returncode == 0, judged.stdout
+
+
+def test_a_strategy_is_chosen_by_the_name_that_the_package_gives_it(installed: dict[str, str], tmp_path: Path) -> None:
+    text = (LION / "lion_and_man" / "match.toml").read_text()
+    (tmp_path / "match.toml").write_text(text.replace('name = "rado"', 'name = "rado"\nstrategy = "lion"'))
+    done = vrg(installed, tmp_path, "check", "match.toml")
+    assert done.returncode == 0, done.stderr
+    (tmp_path / "match.toml").write_text(text.replace('name = "rado"', 'name = "rado"\nstrategy = "loin"'))
+    assert "did you mean 'lion'" in vrg(installed, tmp_path, "check", "match.toml").stderr
+
+
 def test_the_robot_with_the_compass_drives_north(installed: dict[str, str], tmp_path: Path) -> None:
     done = vrg(
         installed, tmp_path, "play", str(ROBOT / "match.toml"), "--in-process", "--headless", "--engine", "planar"
@@ -83,9 +109,53 @@ def test_the_robot_with_the_compass_drives_north(installed: dict[str, str], tmp_
 def test_the_page_counts_the_lines_right() -> None:
     page = (ROOT / "docs" / "your-own-game.md").read_text()
     counted = re.findall(r"\(\.\./(examples/[^)]+)\) \| (\d+) \|", page)
-    assert len(counted) == 9
+    assert len(counted) == 10
     for file, lines in counted:
         assert len((ROOT / file).read_text().splitlines()) == int(lines), file
+
+
+def on_the_page() -> dict[str, Any]:
+    """What the examples of the page define that are whole programs."""
+    page, names = (ROOT / "docs" / "your-own-game.md").read_text(), dict[str, Any]()
+    blocks = re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    assert len(blocks) == 2
+    for block in blocks:
+        exec(block, names)
+    return names
+
+
+@pytest.fixture
+def walkers() -> list[Contestant]:
+    return [
+        Contestant(name=team, role=team, start=Pose(x, 0.0, 0.0), size=(0.5, 0.4), v_max=0.7)
+        for team, x in (("gold", 0.0), ("blue", 3.0))
+    ]
+
+
+@pytest.mark.parametrize("name", ["Stroll", "Homecoming"])
+def test_the_rule_books_of_the_page_keep_the_promises(name: str, walkers: list[Contestant]) -> None:
+    book, ready = on_the_page()[name](walkers), Observation({c.name: c.start for c in walkers})
+    for seed in range(6):
+        trial(book, ready, seed)
+    RuleBookContract().test_a_score_that_an_official_sets_stands(book, ready)
+
+
+def test_the_time_step_of_the_page_tells_who_is_too_fast(walkers: list[Contestant]) -> None:
+    book = on_the_page()["Stroll"](walkers)
+    before = Observation({c.name: c.start for c in walkers}, time=1.0)
+    after = Observation({"gold": Pose(0.04, 0.0, 0.0), "blue": Pose(3.06, 0.0, 0.0)}, time=1.1)
+    assert [call.players for call in book.judge(book.initial(), before, after, 1.1).calls] == [("blue",)]
+    halted = Observation(after.poses, time=1.0)
+    assert not book.judge(book.initial(), before, halted, 1.1).calls
+
+
+def test_a_score_of_the_page_that_an_official_sets_stands_also_with_players_at_home(walkers: list[Contestant]) -> None:
+    book = on_the_page()["Homecoming"](walkers)
+    state = book.initial().with_state(["gold"], "home")
+    assert book.score(state) == {"gold": 1, "blue": 0}
+    state = book.overrule(state, OfficialAction.SET_SCORE, "gold", "9")
+    assert book.score(state) == {"gold": 9, "blue": 0}
+    assert book.score(state.with_state(["blue"], "home")) == {"gold": 9, "blue": 1}
 
 
 class TestTheRuleBookOfTheExample(RuleBookContract):
@@ -129,6 +199,16 @@ class TestTheRuleBookOfTheExample(RuleBookContract):
         judged = book.judge(book.initial(), ready, end, clock)
         assert [call.rule for call in judged.calls] == called
         assert winner is None or book.next_round(judged.state, Observation({})).winner == winner
+
+    def test_who_is_disqualified_has_lost(self, book: RuleBook, ready: Observation) -> None:
+        out = structs.replace(book.initial(), disqualified={"a lion": Disqualification(why="a test")})
+        judged = book.judge(out, ready, ready, 1.0)
+        assert [call.rule for call in judged.calls] == ["forfeit"]
+        assert book.next_round(judged.state, ready).winner == "man"
+
+    def test_the_time_is_judged_also_while_a_robot_is_not_reported(self, book: RuleBook, ready: Observation) -> None:
+        judged = book.judge(book.initial(), ready, Observation({}), 120.0)
+        assert [call.rule for call in judged.calls] == ["time_up"]
 
     def test_one_lion_and_one_man_are_needed(self) -> None:
         from lion_and_man.rules import LionAndMan, Settings  # noqa: PLC0415 - as above

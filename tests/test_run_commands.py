@@ -86,7 +86,10 @@ def test_runs_are_listed_with_how_each_ended_the_newest_first() -> None:
         ("broken", ("Interrupted", 3.0)),
         ("old", ("Sharks win", 75.4)),
     ]
-    assert [run["run"] for run in json.loads(done.stdout)] == list(found)
+    told = json.loads(done.stdout)
+    assert [run["run"] for run in told] == list(found)
+    assert datetime.fromisoformat(told[-1]["began"]).timestamp() == 1e9
+    assert all(datetime.fromisoformat(run["began"]).tzinfo for run in told), "whoever reads it elsewhere knows when"
     assert "1:15" in invoke("run", "list").stdout
 
 

@@ -4,7 +4,7 @@ This module imports nothing of VRG.
 
 Poses and twists are frozen structs, so that they travel on the bus without conversion. A struct does not check its
 values when it is made; the bounds are checked when a message is decoded. Lengths are in metres, angles in radians, and
-times in seconds.
+times in seconds; the description of a type is its unit, which the schemas of recordings have.
 """
 
 import math
@@ -17,18 +17,18 @@ from msgspec import Meta, Struct
 K = TypeVar("K")
 V = TypeVar("V")
 
-Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
+Metres = Annotated[float, Meta(ge=-1e5, le=1e5, description="m")]
 """A coordinate in the map's frame, m."""
-Length = Annotated[float, Meta(gt=0.0, le=1e5)]
+Length = Annotated[float, Meta(gt=0.0, le=1e5, description="m")]
 """A length above 0 m."""
 Deviation = Annotated[float, Meta(ge=0.0, le=1e5)]
 """A standard deviation, or another size that may be 0."""
-Radians = Annotated[float, Meta(ge=-1e4, le=1e4)]
-Speed = Annotated[float, Meta(ge=-100.0, le=100.0)]
+Radians = Annotated[float, Meta(ge=-1e4, le=1e4, description="rad")]
+Speed = Annotated[float, Meta(ge=-100.0, le=100.0, description="m/s")]
 """A speed in m/s."""
-AngularSpeed = Annotated[float, Meta(ge=-1000.0, le=1000.0)]
+AngularSpeed = Annotated[float, Meta(ge=-1000.0, le=1000.0, description="rad/s")]
 """An angular speed in rad/s."""
-Seconds = Annotated[float, Meta(ge=0.0, le=1e8)]
+Seconds = Annotated[float, Meta(ge=0.0, le=1e8, description="s")]
 Count = Annotated[int, Meta(ge=0)]
 Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
 Signed = Annotated[float, Meta(ge=-1.0, le=1.0)]

@@ -90,6 +90,7 @@ DRAWN: dict[type[inspect.Type], Callable[[Any], st.SearchStrategy[Any]]] = {
     inspect.EnumType: lambda kind: st.sampled_from(kind.cls),
     inspect.BoolType: lambda _: st.booleans(),
     inspect.NoneType: lambda _: st.none(),
+    inspect.Metadata: lambda kind: drawn(kind.type),
 }
 
 

@@ -61,6 +61,20 @@ def test_a_zone_is_described_with_the_fields_of_every_shape():
     assert not set(Polygon.__struct_fields__) & set(region), "viewers know no arrays of arrays"
 
 
+@pytest.mark.parametrize("record", sorted(MESSAGES, key=str))
+def test_the_schema_of_a_message_has_the_unit_of_each_time_length_and_angle(record):
+    units = {"time": "s", "clock": "s", "total": "s", "x": "m", "y": "m", "theta": "rad", "v": "m/s", "w": "rad/s"}
+
+    def check(schema, path):
+        for name, field in schema.get("properties", {}).items():
+            check(field, f"{path}.{name}")
+            check(field.get("items", {}), f"{path}.{name}")
+            if field["type"] == "number" and name in units:
+                assert field.get("description") == units[name], f"{path}.{name}"
+
+    check(json.loads(json_schema(record)), record.__name__)
+
+
 class Colour(enum.IntEnum):
     """Made up."""
 

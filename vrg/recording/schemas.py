@@ -49,7 +49,8 @@ def _plain(node: _Node, definitions: dict[str, _Node], within: frozenset[str]) -
         items = node.get("prefixItems", [None])[0] or node.get("items") or {}
         return _array(_plain(items, definitions, within))
     if kind in _TYPE_WORDS.values():
-        return {word: node[word] for word in ("type", "contentEncoding") if word in node}
+        # Viewers pass over the description, in which is the unit.
+        return {word: node[word] for word in ("type", "contentEncoding", "description") if word in node}
     return _constant(node.get("enum", [node.get("const")]))
 
 

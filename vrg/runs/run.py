@@ -168,6 +168,8 @@ class Run:
     def to_arrow(self) -> "pyarrow.Table":
         """The tracks as one table, a row a pose: robot, time (s), x, y (m), theta (rad), role, state, round, playing.
 
+        Its schema has the units, as `unit` in the metadata of these fields.
+
         Raises:
             ModuleNotFoundError: pyarrow is not installed. LaunchError, MessageError: as `tracks`.
         """
@@ -183,7 +185,9 @@ class Run:
             )
             for name, track in self.tracks.items()
         ]  # fmt: skip
-        return pa.concat_tables(tables)
+        whole, units = pa.concat_tables(tables), {"time": "s", "x": "m", "y": "m", "theta": "rad"}
+        fields = [kind.with_metadata({"unit": units[kind.name]} if kind.name in units else {}) for kind in whole.schema]
+        return pa.Table.from_arrays(whole.columns, schema=pa.schema(fields))
 
     def to_pandas(self) -> Any:
         """The table of `to_arrow` as a DataFrame of pandas, which must be installed."""

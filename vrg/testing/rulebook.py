@@ -1,24 +1,31 @@
 """The contract of every rule book. A game's test subclasses RuleBookContract and gives it a rule book and a field."""
 
-import random
-from typing import Any
+from typing import Any, ClassVar, Final
 
-import msgspec
 import pytest
 
-from vrg.bus.messages import OfficialAction, RefereeState, Stage
-from vrg.coordinator.match import Match
+from vrg.bus.messages import OfficialAction, Stage
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import ConfigError
-from vrg.types import Pose
+from vrg.testing.leap import PERIOD, leap
+from vrg.testing.trial import KEEP, trial
 
-SEED = 7
-TICK_DISTANCE = 0.15
-"""m that a player wanders in a tick of the tests: 1.5 m/s."""
+TRIALS: Final = 60
+"""The seeds of whole matches."""
+LEAPS: Final = 400
+"""The seeds of long ways between two looks."""
 
 
 class RuleBookContract:
-    """Subclasses provide two fixtures: `book`, a fresh rule book; `ready`, a field on which its first round begins."""
+    """Subclasses provide two fixtures: `book`, a fresh rule book; `ready`, a field on which its first round begins.
+
+    Attributes:
+        endless: True if a match in which nothing happens goes on until an official ends it.
+        by_looks: the rules that are judged by where players are at a look, and not by their ways between two looks.
+    """
+
+    endless: ClassVar[bool] = False
+    by_looks: ClassVar[frozenset[str]] = frozenset()
 
     def test_it_has_what_everybody_is_shown(self, book: RuleBook[Any]) -> None:
         assert book.name
@@ -48,26 +55,6 @@ class RuleBookContract:
         assert set(names) == {status.name for status in book.statuses(state, Stage.INITIALIZE, ready)}
         assert {status.team for status in statuses} <= set(book.score(state)), "every team has a score"
 
-    def test_its_state_survives_the_journal(self, book: RuleBook[Any], ready: Observation) -> None:
-        state = book.judge(book.initial(), ready, ready, 0.1).state
-        written = msgspec.json.encode(state)
-        assert msgspec.json.decode(written, type=book.state_type) == state
-
-    def test_judging_is_a_function_of_what_is_judged(self, book: RuleBook[Any], ready: Observation) -> None:
-        state = book.initial()
-        before, now = ready, _wandered(ready, random.Random(SEED))
-        first, second = (book.judge(state, before, now, 0.1) for _ in range(2))
-        assert first == second
-        assert state == book.initial(), "the state that was handed in is as it was"
-
-    def test_no_players_place_in_the_list_decides(self, book: RuleBook[Any], ready: Observation) -> None:
-        now = _wandered(ready, random.Random(SEED))
-        turned = Observation(dict(reversed(list(now.poses.items()))), now.moving, now.physical)
-        forward = book.judge(book.initial(), ready, now, 0.1)
-        backward = book.judge(book.initial(), ready, turned, 0.1)
-        assert forward.state == backward.state
-        assert sorted(call.text for call in forward.calls) == sorted(call.text for call in backward.calls)
-
     def test_zones_have_names_of_their_own_and_can_be_drawn(self, book: RuleBook[Any]) -> None:
         zones = book.zones(book.initial())
         assert len({zone.name for zone in zones}) == len(zones)
@@ -81,33 +68,22 @@ class RuleBookContract:
         with pytest.raises(ConfigError):
             book.overrule(book.initial(), action, "nobody of this name", "nothing of this kind")
 
-    def test_players_that_wander_about_never_break_it(self, book: RuleBook[Any], ready: Observation) -> None:
-        """Whatever happens on the field, a match goes on, and what is published and journalled can be read again."""
-        rng, match, now = random.Random(SEED), Match(book), ready
-        for _ in range(600):
-            match.step(0.1, now, [])
-            if match.stage is Stage.INITIALIZE:
-                marks = {name: match.mark(name, now) for name in match.names}
-                now = Observation({name: mark or now.poses[name] for name, mark in marks.items()})
-            else:
-                now = _wandered(now, rng)
-            state = match.state(now, estop=False)
-            assert msgspec.msgpack.decode(msgspec.msgpack.encode(state), type=RefereeState) == state
-            if match.over:
-                break
-        standing = match.standing()
-        written = msgspec.json.decode(msgspec.json.encode(standing), type=type(standing))
-        assert Match(book, written).game == match.game
+    def test_a_score_that_an_official_sets_stands(self, book: RuleBook[Any], ready: Observation) -> None:
+        """It may also be refused in words."""
+        for team in book.score(book.initial()):
+            try:
+                state = book.overrule(book.initial(), OfficialAction.SET_SCORE, team, "9")
+            except ConfigError:
+                continue
+            later = book.judge(state, ready, ready, PERIOD).state
+            for when, score in (("at once", book.score(state)), ("after the next look", book.score(later))):
+                said = f"`set-score {team} 9` is announced, and {when} the score is {score}"
+                assert score[team] == 9, f"{said}{KEEP}"
 
+    def test_it_keeps_its_promises_whatever_happens(self, book: RuleBook[Any], ready: Observation) -> None:
+        for seed in range(TRIALS):
+            trial(book, ready, seed, endless=self.endless)
 
-def _wandered(field: Observation, rng: random.Random) -> Observation:
-    """The same players a tick later."""
-    poses = {
-        name: Pose(
-            pose.x + rng.uniform(-TICK_DISTANCE, TICK_DISTANCE),
-            pose.y + rng.uniform(-TICK_DISTANCE, TICK_DISTANCE),
-            pose.theta,
-        )
-        for name, pose in field.poses.items()
-    }
-    return Observation(poses, frozenset(poses), field.physical)
+    def test_what_happens_between_two_looks_is_judged(self, book: RuleBook[Any], ready: Observation) -> None:
+        for seed in range(LEAPS):
+            leap(book, ready, seed, self.by_looks)

@@ -5,7 +5,7 @@ have a size, so here the man is caught within the capture distance, and wins if 
 """
 
 from vrg.colours import SKY_BLUE, VERMILLION
-from vrg.games.game import Game, Marker, Moment, Role
+from vrg.games.game import Game, Marker, Moment, Role, RuleText
 
 LION, MAN = "lion", "man"
 
@@ -21,4 +21,11 @@ GAME = Game(
     ),
     score_words={LION: "men caught", MAN: "chases survived"},
     moments={"caught": Moment("X", "caught", others="by"), "out": Moment("s", "left the arena")},
+    rule_texts={
+        "caught": RuleText("A man whose centre comes within the capture distance of the lion's is caught.", "R. Rado"),
+        "out": RuleText("Who leaves the arena loses."),
+        "forfeit": RuleText("Who is disqualified loses."),
+        "time_up": RuleText("A man who is not caught in time wins.", "Besicovitch, 1952: points never meet"),
+    },
+    prover="lion_and_man.proof:prove",
 )

@@ -67,10 +67,22 @@ class LionAndMan(RuleBook[GameState]):
         return GameState()
 
     def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
-        """The man is caught, somebody leaves the arena, or the time is up."""
+        """One of them is disqualified, the man is caught, somebody leaves the arena, or the time is up."""
+        for role, player in self.players.items():
+            if player.name in state.disqualified:
+                text = f"{player.name} is disqualified, which ends the chase"
+                return self._won(OTHER[role], Call(rule="forfeit", text=text, players=(player.name,)), state)
+        if all(player.name in now.poses for player in self.players.values()):
+            verdict = self._chase(state, before, now)
+            if verdict is not None:
+                return verdict
+        if clock >= self.settings.time:
+            return self._won(MAN, Call(rule="time_up", text=f"{self.players[MAN].name} was not caught in time"), state)
+        return Verdict(state)
+
+    def _chase(self, state: GameState, before: Observation, now: Observation) -> Verdict[GameState] | None:
+        """What comes first between two looks: the man is caught, or somebody leaves the arena; None if neither."""
         lion, man = self.players[LION].name, self.players[MAN].name
-        if lion not in now.poses or man not in now.poses:
-            return Verdict(state)
         ways = {role: (before.poses.get(c.name, now.poses[c.name]), now.poses[c.name]) for role, c in
                 self.players.items()}  # fmt: skip
         start, end = ((ways[MAN][i].x - ways[LION][i].x, ways[MAN][i].y - ways[LION][i].y) for i in (0, 1))
@@ -83,18 +95,20 @@ class LionAndMan(RuleBook[GameState]):
             return self._won(
                 LION, Call(rule="caught", text=f"{man} is caught", players=(man, lion), poses=poses), state
             )
-        if first_out is not None:
-            name = self.players[first_out].name
-            pose = interpolate(*ways[first_out], out[first_out])
-            call = Call(rule="out", text=f"{name} leaves the arena", players=(name,), poses=(pose,))
-            return self._won(OTHER[first_out], call, state)
-        if clock >= self.settings.time:
-            return self._won(MAN, Call(rule="time_up", text=f"{man} was not caught in time"), state)
-        return Verdict(state)
+        if first_out is None:
+            return None
+        name = self.players[first_out].name
+        pose = interpolate(*ways[first_out], out[first_out])
+        call = Call(rule="out", text=f"{name} leaves the arena", players=(name,), poses=(pose,))
+        return self._won(OTHER[first_out], call, state)
 
     @staticmethod
     def _won(role: str, call: Call, state: GameState) -> Verdict[GameState]:
-        return Verdict(state.with_points(role, 1), [call], round_over=True)
+        return Verdict(state.with_points(role, state.points.get(role, 0) + 1), [call], round_over=True)
+
+    def time_limit(self, state: GameState) -> float:
+        """The time that the man must last, s."""
+        return self.settings.time
 
     def zones(self, state: GameState) -> list[Zone]:
         """The arena."""

@@ -264,7 +264,12 @@ def test_results_are_files_for_spreadsheets_and_programs() -> None:
     assert (first["score"], first["score before"]) == ("sharks -1, minnows 4", "sharks 2, minnows 1")
     assert (second["title"], second["state"]) == ("Änn", "waiting")
     assert [harmless(text) for text in ("+1", "-1", "@x", "a=1", "")] == ["'+1", "'-1", "'@x", "a=1", ""]
-    assert msgspec.json.decode(as_json(found))["matches"][0]["title"] == '=HYPERLINK("x")'
+    told, waits = msgspec.json.decode(as_json(found))["matches"]
+    assert (told["title"], told["points of first"], told["run"]) == ('=HYPERLINK("x")', -1, None)
+    unknown = {name for name, value in waits.items() if value is None}
+    assert unknown >= {"points of first", "points of second", "winner", "score", "words", "corrected because", "run"}
+    assert "" not in waits.values(), "what is not known is null"
+    assert second["points of first"] == second["winner"] == ""
 
 
 def test_a_match_of_more_than_two_sides_or_of_one_has_results_too() -> None:

@@ -2,6 +2,7 @@
 
 import html
 import json
+import math
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import psutil
+import pyarrow as pa
 import pytest
 from experiments import OWN, alive, target
 from pyarrow import csv, parquet
@@ -17,6 +19,7 @@ from pyarrow import csv, parquet
 from tests.command_line import Vrg
 from tests.system.harness import wait_until
 from tests.test_cli import tells_of_missing
+from vrg_league.files import write
 
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
 PATIENCE = 180.0
@@ -214,3 +217,13 @@ def test_a_comparison_that_is_killed_leaves_no_process_behind_and_goes_on(match:
     process.send_signal(signal.SIGTERM)
     out, _ = process.communicate(timeout=PATIENCE)
     assert f"{played} games are in long already" in out
+
+
+def test_what_is_not_known_and_what_is_no_number_are_two_things_in_both_files(tmp_path: Path) -> None:
+    columns = {"share": (pa.float64(), [0.5, None, math.nan]), "problem": (pa.string(), ["a, b", None, ""])}
+    write(tmp_path, "games", columns)
+    assert (tmp_path / "games.csv").read_text() == '"share","problem"\n0.5,"a, b"\n,\nnan,""\n'
+    share, problem = (column.to_pylist() for column in parquet.read_table(tmp_path / "games.parquet"))
+    assert share[:2] == [0.5, None]
+    assert math.isnan(share[2])
+    assert problem == ["a, b", None, ""]

@@ -53,10 +53,31 @@ def test_a_data_set_is_what_it_says_of_itself(made: tuple[Path, list[vrg.Run]]) 
         assert part["next.done"].to_pylist() == [False] * (row["length"] - 1) + [True]
         assert np.allclose(part["timestamp"].to_numpy(), np.arange(row["length"]) / 10, atol=1e-5)
         assert {tasks[number]["task"] for number in part["task_index"].to_pylist()} == set(row["tasks"])
-    stats = json.loads((place / "meta" / "stats.json").read_text())
-    action = np.stack(table["action"].to_pylist())
-    assert np.allclose(stats["action"]["mean"], action.mean(0), atol=1e-6)
-    assert np.allclose(stats["action"]["std"], action.std(0), atol=1e-4)
+
+
+def test_statistics_are_those_of_all_frames_and_of_each_episode(made: tuple[Path, list[vrg.Run]]) -> None:
+    """By the names that LeRobot 0.4.4 writes: policies normalise by quantiles, and tools that edit a set need both."""
+    place, _ = made
+    table = parquet.read_table(place / "data/chunk-000/file-000.parquet")
+    whole = json.loads((place / "meta" / "stats.json").read_text())
+    rows = parquet.read_table(place / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    assert set(whole) == set(table.column_names)
+    parts = [(table, whole)]
+    for row in rows:
+        told = {name: {what: row[f"stats/{name}/{what}"] for what in whole[name]} for name in whole}
+        parts.append((table.slice(row["dataset_from_index"], row["length"]), told))
+    assert len(parts) == 1 + 3 * RUNS
+    quantiles = {"q01": 1.0, "q10": 10.0, "q50": 50.0, "q90": 90.0, "q99": 99.0}
+    for part, told in parts:
+        for name, numbers in told.items():
+            values = np.array(part[name].to_pylist()).reshape(len(part), -1)
+            assert list(numbers) == ["min", "max", "mean", "std", "count", *quantiles], name
+            assert (numbers["min"], numbers["max"]) == (values.min(0).tolist(), values.max(0).tolist()), name
+            assert numbers["count"] == [len(part)]
+            expected = {"mean": values.mean(0), "std": values.std(0)}
+            expected |= {what: np.percentile(values.astype(float), at, axis=0) for what, at in quantiles.items()}
+            for what, right in expected.items():
+                assert np.allclose(numbers[what], right, rtol=1e-9, atol=1e-12), (name, what)
 
 
 def test_rewards_are_those_of_calls_and_of_winning(made: tuple[Path, list[vrg.Run]]) -> None:

@@ -207,6 +207,7 @@ def test_runs_become_one_table(sharks: Path, tmp_path: Path) -> None:
     assert len(table) == 2 * len(found)
     assert set(table["run"].to_pylist()) == {sharks.name, "again"}
     assert set(table["strategy"].to_pylist()) == {setup.players[0].strategy}
+    assert table.schema.field("time").metadata == {b"unit": b"s"}
     assert table.schema.field("observation").type == pa.list_(pa.float32(), len(found[0].observation))
     row = table.slice(100, 1).to_pylist()[0]
     assert (row["time"], row["player"], row["role"]) == (found[100].time, found[100].me.name, found[100].me.role)

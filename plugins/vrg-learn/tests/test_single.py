@@ -20,6 +20,18 @@ def test_it_keeps_the_contract_of_gymnasium(name: str) -> None:
         env.close()
 
 
+@pytest.mark.parametrize("name", IDS)
+def test_programs_learn_from_its_spec_after_how_many_steps_a_match_is_cut_off(name: str) -> None:
+    env = gymnasium.make(f"vrg_learn.single:{name}", lasers=False)
+    assert env.spec is not None
+    assert env.spec.max_episode_steps == 36_000, "an hour of play, a tenth of a second each"
+    env.close()
+    env = gymnasium.make(f"vrg_learn.single:{name}", lasers=False, max_episode_steps=3)
+    env.reset(seed=1)
+    assert [env.step(np.zeros(2))[3] for _ in range(3)] == [False, False, True]
+    env.close()
+
+
 def played(env: PlayerEnvironment, seed: int) -> list[tuple[object, ...]]:
     """All that an environment returns in one match of random actions."""
     seen, info = env.reset(seed=seed)

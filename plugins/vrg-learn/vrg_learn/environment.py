@@ -42,6 +42,8 @@ METADATA: dict[str, Any] = {
     "is_parallelizable": True,
 }
 """What libraries for learning read of an environment; its name is that of its game."""
+MAX_TIME = 3600.0
+"""The time of play in s after which a match is cut off, in all rounds together, if no other is asked for."""
 _NEXT_SEED = "the next match of an environment"
 """The purpose of the number that the seed of a match gives to the next one."""
 
@@ -109,7 +111,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         raw: bool = False,
         shaping: bool = False,
         gamma: float = 0.99,
-        max_time: float = 3600.0,
+        max_time: float = MAX_TIME,
         render_mode: str | None = None,
         record: Path | str | None = None,
         strict: bool = False,

@@ -34,6 +34,8 @@ CHUNK: Final = 1000
 """The files of a folder."""
 _DATA: Final = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 _EPISODES: Final = "meta/episodes/chunk-000/file-000.parquet"
+QUANTILES: Final = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
+"""The quantiles that are told of each column, by LeRobot's names for them."""
 _COUNTED: Final = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 """The columns that every data set has."""
 
@@ -126,7 +128,6 @@ class _Book:
         self.index = 0
         self._tables: list[pa.Table] = []
         self._tasks: dict[str, int] = {}
-        self._stats: dict[str, _Stats] = {}
         self._file = 0
         self._fps = 0
 
@@ -151,8 +152,6 @@ class _Book:
             "index": self.index + number,
             "task_index": np.full(count, task),
         }
-        for name, values in columns.items():
-            self._stats.setdefault(name, _Stats()).add(values.reshape(count, -1).astype(np.float64))
         arrays = {
             name: pa.array(values) if values.ndim == 1
             else pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), values.shape[1])
@@ -165,15 +164,22 @@ class _Book:
             "dataset_from_index": self.index, "dataset_to_index": self.index + count,
             "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0,
             "run": episode.run, "player": episode.player, "team": episode.team,
+            **{
+                f"stats/{name}/{what}": numbers for name, values in columns.items()
+                for what, numbers in statistics(values.reshape(count, -1)).items()
+            },
         })  # fmt: skip
         self.index += count
         if sum(table.nbytes for table in self._tables) > FILE_SIZE * 1_000_000:
             self._flush()
 
     def _flush(self) -> None:
-        path = _DATA.format(chunk_index=self._file // CHUNK, file_index=self._file % CHUNK)
-        self._write(path, pa.concat_tables(self._tables))
+        self._write(self._data(self._file), pa.concat_tables(self._tables))
         self._tables, self._file = [], self._file + 1
+
+    def _data(self, number: int) -> str:
+        """The path of a data file."""
+        return _DATA.format(chunk_index=number // CHUNK, file_index=number % CHUNK)
 
     def close(self, robot: str) -> None:
         """Write what is about the whole."""
@@ -182,13 +188,16 @@ class _Book:
         self._write(_EPISODES, pa.Table.from_pylist(self.rows))
         tasks = pa.table({"task_index": list(self._tasks.values()), "task": list(self._tasks)})
         self._write("meta/tasks.parquet", tasks.replace_schema_metadata({"pandas": json.dumps(_PANDAS)}))
-        self._json("stats.json", {name: stats.found() for name, stats in self._stats.items()})
+        files, columns = [self._folder / self._data(number) for number in range(self._file)], features(self._heading)
+        # One column is read at a time, as all of them need much memory.
+        read = ((name, parquet.read_table(files, columns=[name])[name]) for name in columns)
+        self._json("stats.json", {name: statistics(_rows(column)) for name, column in read})
         self._json("info.json", {
             "codebase_version": VERSION, "robot_type": robot, "total_episodes": len(self.rows),
             "total_frames": self.index, "total_tasks": len(self._tasks), "chunks_size": CHUNK,
             "data_files_size_in_mb": FILE_SIZE, "video_files_size_in_mb": 200, "fps": self._fps or 10,
             "splits": {"train": f"0:{len(self.rows)}"}, "data_path": _DATA, "video_path": None,
-            "features": features(self._heading),
+            "features": columns,
         })  # fmt: skip
 
     def _write(self, path: str, table: pa.Table) -> None:
@@ -213,27 +222,30 @@ def features(heading: Heading) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class _Stats:
-    """The least, the greatest, the mean and the standard deviation of the values of a column, added up."""
+def statistics(values: np.ndarray[Any, Any]) -> dict[str, list[Any]]:
+    """What LeRobot tells of the values of a column, by its names. LeRobot estimates the quantiles; these are exact.
 
-    def __init__(self) -> None:
-        self._parts: list[np.ndarray[Any, Any]] = []
-        self._count = 0
+    Args:
+        values: of shape (n, width); the least and the greatest are of their kind, all else is a float.
+    """
+    # One after the other, as all of a large data set need much memory.
+    mean, std, *quantiles = np.array([_moments(column) for column in values.T]).T
+    found = {"min": values.min(0), "max": values.max(0), "mean": mean, "std": std, "count": np.array([len(values)])}
+    found |= zip(QUANTILES, quantiles, strict=True)
+    return {name: numbers.tolist() for name, numbers in found.items()}
 
-    def add(self, values: np.ndarray[Any, Any]) -> None:
-        """Add rows of values."""
-        self._count += len(values)
-        self._parts.append(np.stack([values.min(0), values.max(0), values.sum(0), (values**2).sum(0)]))
 
-    def found(self) -> dict[str, list[float]]:
-        """By the names that LeRobot has for them."""
-        parts = np.stack(self._parts)
-        mean, squares = parts[:, 2].sum(0) / self._count, parts[:, 3].sum(0) / self._count
-        deviation = np.sqrt(np.maximum(0.0, squares - mean**2))
-        return {
-            "min": parts[:, 0].min(0).tolist(), "max": parts[:, 1].max(0).tolist(), "mean": mean.tolist(),
-            "std": deviation.tolist(), "count": [self._count],
-        }  # fmt: skip
+def _moments(values: np.ndarray[Any, Any]) -> list[float]:
+    """The mean, the standard deviation and the quantiles."""
+    exact = values.astype(np.float64)
+    return [float(exact.mean()), float(exact.std()), *np.quantile(exact, list(QUANTILES.values()))]
+
+
+def _rows(column: Any) -> np.ndarray[Any, Any]:
+    """A column of a table as an array of shape (n, width)."""
+    whole = column.combine_chunks()
+    values = whole.flatten() if pa.types.is_fixed_size_list(whole.type) else whole
+    return np.asarray(values.to_numpy(zero_copy_only=False)).reshape(len(whole), -1)
 
 
 _PANDAS: Final = {

@@ -1,6 +1,7 @@
 """One player of a match as an Env of Gymnasium: all others play by their strategies.
 
-`gymnasium.make("vrg_learn.single:vrg/RoboFlag-v0")` imports this module, which registers the games of VRG.
+`gymnasium.make("vrg_learn.single:vrg/RoboFlag-v0")` imports this module, which registers the games of VRG. It cuts a
+match off after the steps of `MAX_TIME`, and with `max_time` sooner; `max_episode_steps` of `make` is another number.
 """
 
 from pathlib import Path
@@ -10,9 +11,10 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrg.agents.player import PERIOD
 from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
-from vrg_learn.environment import METADATA, MatchEnvironment
+from vrg_learn.environment import MAX_TIME, METADATA, MatchEnvironment
 from vrg_learn.matches import match_of
 from vrg_learn.observation import Vector
 
@@ -74,4 +76,7 @@ class PlayerEnvironment(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]]):
 
 
 for _id, _game in IDS.items():
-    gymnasium.register(_id, entry_point="vrg_learn.single:PlayerEnvironment", kwargs={"match": _game})
+    gymnasium.register(
+        _id, entry_point="vrg_learn.single:PlayerEnvironment", kwargs={"match": _game},
+        max_episode_steps=round(MAX_TIME / PERIOD),
+    )  # fmt: skip

@@ -34,6 +34,7 @@ FORMAT: Final = 1
 ACTION: Final = ("v", "w", "side")
 """The names of the values of an action; `side` only where robots can drive sideways."""
 _KEY: Final = b"vrg"
+_UNITS: Final = {"time": {"unit": "s"}}
 _WORDS: Final = pa.dictionary(pa.int32(), pa.string())
 _WRITTEN_BY = "`vrg run export` writes such files"
 
@@ -76,7 +77,8 @@ class Heading(Struct, frozen=True, kw_only=True):
             "observation": pa.list_(pa.float32(), len(self.observation)),
             "action": pa.list_(pa.float32(), len(self.action)),
         }
-        return pa.schema(columns, metadata={_KEY: msgspec.json.encode(self)})
+        fields = [pa.field(name, kind, metadata=_UNITS.get(name)) for name, kind in columns.items()]
+        return pa.schema(fields, metadata={_KEY: msgspec.json.encode(self)})
 
 
 def rows(heading: Heading, setup: MatchSetup, run: str, recorded: RecordedMatch) -> pa.Table:

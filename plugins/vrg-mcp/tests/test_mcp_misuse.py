@@ -50,7 +50,8 @@ BAD_CALLS: tuple[tuple[str, dict[str, Any], str], ...] = (
     ("write_player", {"file": "link.py", "code": DRIVE}, "found a link"),
     ("write_player", {"file": "big.py", "code": "x" * 1_000_000}, "100000 bytes"),
     ("write_player", {"file": "nul_sign.py", "code": "x = 1\0"}, "without NUL"),
-    ("write_player", {"file": "none.py", "code": None}, "string"),
+    ("write_player", {"file": "none.py", "code": None}, "code: missing"),
+    ("play_match", {"match": "small", "strategies": {}, "seed": 10**400}, "one far outside"),
     ("check_player", {"file": "mine.py", "match": "smal"}, "did you mean 'small'"),
     ("check_player", {"file": "mine.py", "match": "/etc/passwd"}, "match"),
     ("read_rules", {"match": "shark-and-minnows"}, "did you mean 'sharks-and-minnows'"),
@@ -67,7 +68,7 @@ BAD_CALLS: tuple[tuple[str, dict[str, Any], str], ...] = (
     ("read_run", {"run": "../../etc"}, "run"),
     ("why", {"run": "/etc", "call": 1}, "run"),
     ("picture", {"run": ".", "time": 0.0}, "run"),
-    ("decide", {"action": "halt", "reason": "x"}, "Unknown tool"),
+    ("decide", {"action": "halt", "reason": "x"}, "tool: expected one of"),
 )
 
 
@@ -128,7 +129,7 @@ def test_code_that_does_what_it_may_not_is_told_with_file_and_line_and_harms_not
             clean = "IGNORE" not in found["answer"] and not set("\x1b\u202e\u200b") & set(text)
             if words not in text or not placed or not clean or len(json.dumps(found)) > 12_000:
                 wrong.append((name, words, found))
-        good = await me.ask("practice", file="nan_x.py", seconds=1.0)
+        good = await me.ask("practice", file="nan_x.py", seconds=1.0, map=None)
         assert good["players"][0]["drove_m"] == 0.0
 
     session(tmp_path, work)

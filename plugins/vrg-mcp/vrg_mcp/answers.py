@@ -1,7 +1,6 @@
 """The answers of tools. What code has written is in them only as quoted data: short, and without control signs."""
 
 import json
-import math
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
@@ -65,8 +64,10 @@ def number(what: str, value: float, low: float, high: float) -> float:
     Raises:
         ConfigError: it is not in it, or no number.
     """
-    if not math.isfinite(value) or not low <= value <= high:
-        raise ConfigError(f"{what}: expected a number from {low:g} to {high:g}, got {value:g}")
+    if not low <= value <= high:  # as NaN is not
+        # A whole number of JSON may have more digits than a float has room for.
+        got = "one far outside" if abs(value) > 1e300 else f"{value:g}"
+        raise ConfigError(f"{what}: expected a number from {low:g} to {high:g}, got {got}")
     return value
 
 

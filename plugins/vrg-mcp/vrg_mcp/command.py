@@ -32,4 +32,18 @@ def mcp(
 
     if (lacking := missing()) is not None:
         raise ConfigError(f"{lacking}: what an agent writes is played only where it can be sealed")
-    server_of(PlayerFolder(folder), matches(match or []), official=official).run("stdio")
+    # No shell has read what stands in the settings of a client.
+    players, files = PlayerFolder(_whole(folder)), [_whole(file) for file in match or []]
+    server_of(players, matches(files), official=official).run("stdio")
+
+
+def _whole(path: Path) -> Path:
+    """A path with a home folder in place of `~`.
+
+    Raises:
+        ConfigError: nobody has this name.
+    """
+    try:
+        return path.expanduser()
+    except RuntimeError:
+        raise ConfigError(f"{path}: expected a path, found no home folder for {path.parts[0]}: write it out") from None

@@ -38,9 +38,16 @@ class PlayerFolder:
             raise ConfigError(f"{path}: the folder of the players cannot be made: {error.strerror}") from None
 
     def names(self) -> list[str]:
-        """The names of the players' files, sorted."""
-        with os.scandir(self.path) as entries:
-            return sorted(e.name for e in entries if NAME.fullmatch(e.name) and e.is_file(follow_symlinks=False))
+        """The names of the players' files, sorted.
+
+        Raises:
+            ConfigError: the folder cannot be read, as when a person has moved it.
+        """
+        try:
+            with os.scandir(self.path) as entries:
+                return sorted(e.name for e in entries if NAME.fullmatch(e.name) and e.is_file(follow_symlinks=False))
+        except OSError as error:
+            raise ConfigError(f"the folder of the players cannot be read: {error.strerror}: tell the person") from None
 
     def path_of(self, name: str) -> Path:
         """The file of a player that is there.

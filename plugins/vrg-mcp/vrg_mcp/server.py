@@ -1,26 +1,33 @@
 """The tools of a coding agent, and the server that offers them over the standard input and output."""
 
 import functools
+import logging
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, Literal
 
 from mcp.server import MCPServer
-from mcp.types import CallToolResult, ToolAnnotations
-from pydantic import Field
+from mcp.server.mcpserver.context import Context
+from mcp.server.mcpserver.exceptions import ToolError, UnexpectedToolError
+from mcp.types import CallToolResult, InputRequiredResult, ToolAnnotations
+from pydantic import Field, ValidationError, WithJsonSchema
 
 from vrg import __version__
 from vrg.commands.matches import run_folders
 from vrg.errors import VrgError
 from vrg.games import strategies_of
 from vrg.hal.sim.maps import MAPS
+from vrg.registry import expected_one_of
+from vrg.tables import problems_of
 from vrg_mcp import knowledge
-from vrg_mcp.answers import CODE, fault, known, number, quoted, told
+from vrg_mcp.answers import CODE, fault, known, number, quoted, shown, told
 from vrg_mcp.jobs import Jobs
 from vrg_mcp.knowledge import Match
 from vrg_mcp.players import PlayerFolder
 from vrg_mcp.work import KEPT, WorkError
+
+log = logging.getLogger(__name__)
 
 Tool = Callable[..., Awaitable[CallToolResult]]
 
@@ -35,7 +42,11 @@ PlayerName = Annotated[str, Field(description="The name of a file of list_folder
 FileName = Annotated[str, Field(description="Such as ann.py: letters, digits and _, without a folder.")]
 Code = Annotated[str, Field(description="Python: one class, made from Strategy, with act(self, view).")]
 StrategyName = Annotated[str, Field(description="A file such as ann.py, or the name of a built-in strategy.")]
-ByTeam = Annotated[dict[str, str], Field(description='Strategies by team, such as {"minnows": "ann.py"}.')]
+# Some clients take no `additionalProperties`, by which the schema of such a table says what its values are.
+ByTeam = Annotated[
+    dict[str, str],
+    WithJsonSchema({"type": "object", "description": 'Strategies by team, such as {"minnows": "ann.py"}.'}),
+]
 MatchName = Annotated[str, Field(description="The name of a match, as list_games has it.")]
 MapName = Annotated[str, Field(description="The name of a map, as list_games has it.")]
 RunName = Annotated[str, Field(description="The name of a run, as list_folder has it.")]
@@ -186,7 +197,29 @@ def _answering(tool: Tool) -> Tool:
     return answer
 
 
-def server_of(folder: PlayerFolder, matches: Mapping[str, Match], *, official: bool) -> MCPServer[None]:
+class Server(MCPServer[None]):
+    """A server that refuses a call by an answer in our words, whatever is wrong with it."""
+
+    async def call_tool(
+        self, name: str, arguments: dict[str, Any], context: Context[None, Any] | None = None
+    ) -> CallToolResult | InputRequiredResult:
+        """Call a tool. An argument that is null is one that was left out, as many clients write it."""
+        given = {key: value for key, value in arguments.items() if value is not None}
+        try:
+            return await super().call_tool(name, given, context)
+        except UnexpectedToolError as error:
+            log.exception("the tool %s has failed", name)
+            why = f"{type(error.__cause__).__name__}: {error.__cause__}"
+            words = "it failed by a mistake of VRG, not of the call: another call may still work"
+            return told(words, "read `quoted`, and tell the person", {"faults": [fault(why)]}, wrong=True)
+        except ToolError as error:
+            if isinstance(error.__cause__, ValidationError):
+                return told("; ".join(map(str, problems_of(error.__cause__))), wrong=True)
+            names = [tool.name for tool in await self.list_tools()]
+            return told(f"tool: {expected_one_of(names, shown(name))}", wrong=True)
+
+
+def server_of(folder: PlayerFolder, matches: Mapping[str, Match], *, official: bool) -> Server:
     """The server of these tools; it is not started.
 
     Args:
@@ -203,7 +236,7 @@ def server_of(folder: PlayerFolder, matches: Mapping[str, Match], *, official: b
             tools._jobs.close()
 
     about, version = knowledge.text("about"), __version__
-    server = MCPServer("vrg", instructions=about, version=version, lifespan=begun, log_level="ERROR")
+    server = Server("vrg", instructions=about, version=version, lifespan=begun, log_level="ERROR")
     for name in (name for name in vars(Tools) if not name.startswith("_") and (official or name != "decide")):
         reads = name.startswith(("list", "read", "why", "picture"))
         hints = ToolAnnotations(read_only_hint=reads, destructive_hint=name == "decide", open_world_hint=False)

@@ -15,6 +15,7 @@ import socket
 import sys
 import threading
 import time
+import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
@@ -46,7 +47,7 @@ from vrg_mcp.answers import fault, quoted
 MEMORY: Final = 500
 """The memory that a strategy may use, MB."""
 KEPT: Final = 60
-"""The number of folders of runs and comparisons that are kept; older ones are deleted."""
+"""The number of folders of runs that are kept, and that of comparisons; older ones are deleted."""
 CALLS: Final = 40
 """The number of calls of a run that are listed."""
 _LOG: Final = 100_000
@@ -106,7 +107,7 @@ def _played(server: ForkServer, setup: CheckedMatch, seconds: float, runs: str) 
     try:
         over = play_match(setup, folder, show, server, way).over
     finally:
-        _tidy(folder)
+        _tidy(folder.path)
     return told_of(folder) | {"run": folder.path.name, "over": over, "players": _motions(folder, setup)}
 
 
@@ -160,13 +161,14 @@ def _by_code(folder: RunFolder, setup: MatchSetup) -> dict[str, Any]:
     return {"faults": faults[:6], "faults_in_all": len(faults), "prints": prints}
 
 
-def _tidy(folder: RunFolder) -> None:
-    """Keep little of what code has written, and of runs."""
-    delete(folder.path / "players")
+def _tidy(folder: Path) -> None:
+    """Keep little of what code has written, in a run or in a comparison, and few of those beside it."""
+    for written in (folder / "players", folder / "playing"):
+        delete(written)
     with contextlib.suppress(OSError):
-        for log in folder.logs.glob("*.log"):
+        for log in folder.rglob("*.log"):
             os.truncate(log, min(_LOG, log.stat().st_size))
-        there = [(entry.stat(follow_symlinks=False).st_mtime, entry.path) for entry in os.scandir(folder.path.parent)]
+        there = [(entry.stat(follow_symlinks=False).st_mtime, entry.path) for entry in os.scandir(folder.parent)]
         for _, path in sorted(there, reverse=True)[KEPT:]:
             delete(Path(path))
 
@@ -186,9 +188,12 @@ def compare(
     with stop_on_signals() as stop:
         entrants = enter([first, second], setup, jobs=None, warn=lambda _: None)
         with opened(setup, entrants, entrants.pairings(), "compare", games=games, seed=seed) as experiment:
-            if not experiment.over:
-                experiment.run(workers_of(experiment, None), stop)
-            found = Comparison(experiment, 0.95)
+            try:
+                if not experiment.over:
+                    experiment.run(workers_of(experiment, None), stop)
+                found = Comparison(experiment, 0.95)
+            finally:
+                _tidy(experiment.folder.path)
     low, high = found.interval
     return {
         "result": found.result, "share": found.rate, "interval": [round(low, 3), round(high, 3)],
@@ -272,8 +277,11 @@ def main(_arguments: Sequence[str] = ()) -> int:
         threading.Thread(target=_ends_with, args=(channel,), daemon=True).start()
         try:
             answer = work(server, **task)
-        except VrgError as error:
-            answer = {"problem": str(error).replace(f"{Path(task['runs']).parent}/", "")}
+        except Exception as error:  # the agent is told of a mistake of ours in words, too
+            if not isinstance(error, VrgError):
+                traceback.print_exc()  # into the log of the server
+            what = str(error) if isinstance(error, VrgError) else f"{type(error).__name__}: {error}"
+            answer = {"problem": what.replace(f"{Path(task['runs']).parent}/", "")}
         finally:
             server.close()
         stream.write(json.dumps(answer, default=str).encode() + b"\n")

@@ -16,6 +16,9 @@ from vrg.types import Pose
 
 
 class TestRules(RuleBookContract):
+    # No robot drives through another, or leaves its course and is back, between two looks.
+    by_looks = frozenset({"collision", "off_course"})
+
     @pytest.fixture
     def book(self) -> PursuitEvasion:
         return book()

@@ -7,12 +7,15 @@ import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 from pydantic import ValidationError
 
 from vrg.bus.messages import OfficialAction, Stage
 from vrg.coordinator.match import Match
+from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, Verdict
 from vrg.errors import ConfigError
+from vrg.games.sharks_and_minnows.proof import prove
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows, State
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.types import Pose
@@ -398,6 +401,18 @@ def test_with_a_pass_limit_late_minnows_are_out() -> None:
     verdict = rules.judge(rules.initial(), now, now, 60.0)
     assert [f.rule for f in verdict.calls] == ["pass_limit", "pass_over"]
     assert verdict.state.states["m3"] == "inactive"
+
+
+def test_with_a_pass_limit_a_minnow_that_the_world_does_not_report_is_late_too() -> None:
+    rules = book(SETTINGS.model_copy(update={"pass_limit": 60.0}))
+    before = field(rules, HOME)
+    now = Observation({name: pose for name, pose in before.poses.items() if name != "m3"})
+    verdict = rules.judge(rules.initial(), before, now, 60.0)
+    late, over = verdict.calls
+    assert (late.rule, late.players, late.poses) == ("pass_limit", ("m3",), ())
+    assert (over.rule, verdict.round_over) == ("pass_over", True)
+    case = Case(structs.replace(late, clock=60.0), rules.initial(), before, now)
+    assert all(measure.holds for measure in prove(rules, case))
 
 
 def test_an_official_overrules_a_call(rules: SharksAndMinnows) -> None:

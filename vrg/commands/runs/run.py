@@ -30,7 +30,8 @@ class Listed:
     """A run in a list.
 
     Args:
-        run: the name of its folder. game: empty if it cannot be read. began: when, in local time, as ISO 8601.
+        run: the name of its folder. game: empty if it cannot be read.
+        began: when, in local time with its offset from UTC, as ISO 8601.
         ended: how the match ended, in a few words. duration: of play, s of match time; None if that is not known.
     """
 
@@ -73,7 +74,7 @@ def listed(runs: Path) -> Iterator[Listed]:
 
 
 def _listed(folder: RunFolder) -> Listed:
-    began = datetime.fromtimestamp(played_at(folder.path)).isoformat(timespec="seconds")
+    began = datetime.fromtimestamp(played_at(folder.path)).astimezone().isoformat(timespec="seconds")
     table: dict[str, Any] = {}
     with suppress(OSError, ValueError):
         table = toml_of(read_text(folder.match_file))

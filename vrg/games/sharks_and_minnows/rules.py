@@ -151,9 +151,10 @@ class SharksAndMinnows(RuleBook[State]):
         """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
         if not self.pass_limit or clock < self.pass_limit - 1e-9:
             return []
-        late = sorted((now.poses.keys() & state.active(MINNOW)) - hit - self._home(state, now).keys())
+        late = sorted(set(state.active(MINNOW)) - hit - self._home(state, now).keys())
         how = f"is not in the safe zone after {self.pass_limit:.0f} s, and out of this pass"
-        return [called("pass_limit", f"{name} {how}", {name: now.poses[name]}) for name in late]
+        seen = {name: (now.poses[name],) if name in now.poses else () for name in late}
+        return [Call(rule="pass_limit", text=f"{n} {how}", players=(n,), poses=poses) for n, poses in seen.items()]
 
     def _home(self, state: State, now: Observation) -> dict[str, Pose]:
         """The active minnows in the end zone, with their poses."""

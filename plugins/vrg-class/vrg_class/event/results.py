@@ -15,20 +15,20 @@ HEADS: Final = (
 
 
 def rows(event: Event) -> list[dict[str, Any]]:
-    """Each match, in the order of the timetable, by `HEADS`."""
+    """Each match, in the order of the timetable, by `HEADS`. What is not known yet is None."""
     found = []
     for fixture in event.plan.fixtures:
         row, outcome = event.row(fixture), event.outcome(fixture)
         who = fixture.of.teams or fixture.sides
         names = dict(zip(fixture.sides, who, strict=True))
         score = outcome.score if outcome else {}
-        points = [score.get(side, "") for side in fixture.sides] + ["", ""]
+        points = [score.get(side) for side in fixture.sides] + [None, None]
         corrections = outcome.corrections if outcome else ()
         values = (
-            fixture.of.number, fixture.of.kind, event.title(fixture), str(row["state"]), *[*who, "", ""][:2],
-            *points[:2], names.get(outcome.winner or "", outcome.winner or "") if outcome else "", _score(score),
-            outcome.words if outcome else "", "; ".join(one.reason for one in corrections),
-            "; ".join(_score(one.score) for one in corrections), outcome.run if outcome else "",
+            fixture.of.number, fixture.of.kind, event.title(fixture), str(row["state"]), *[*who, None, None][:2],
+            *points[:2], names.get(outcome.winner or "", outcome.winner) if outcome else None, _score(score) or None,
+            outcome.words if outcome else None, "; ".join(one.reason for one in corrections) or None,
+            "; ".join(_score(one.score) for one in corrections) or None, (outcome.run or None) if outcome else None,
         )  # fmt: skip
         found.append(dict(zip(HEADS, values, strict=True)))
     return found

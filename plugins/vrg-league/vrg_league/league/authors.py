@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -86,7 +87,8 @@ class Turn(Struct, frozen=True, kw_only=True):
     """A line of the journal of the authors.
 
     Args:
-        author: the name of the entry. began: the wall time. seconds: the real time that it took.
+        author: the name of the entry. began: the local time with its offset from UTC, as ISO 8601.
+        seconds: the real time that it took.
         outcome: in words. digest: the SHA-256 of the entry afterwards; empty if it has none.
         said: the end of what it has printed.
     """
@@ -185,7 +187,7 @@ def write_version(
         stopped: waits for so much real time, s; True if it is to be broken off.
     """
     folder, entry, began = place.resolve() / name, entries / f"{name}.py", time.monotonic()
-    stamp, said = time.strftime("%Y-%m-%d %H:%M:%S"), ""
+    stamp, said = datetime.now().astimezone().isoformat(" ", "seconds"), ""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         # Whatever it has put in their place: a link, or a folder.

@@ -11,6 +11,7 @@ import msgspec
 import pytest
 
 from mocap.natnet import Server, Shown
+from mocap.vrpn import Trackers
 from tests.system.harness import wait_until
 from vrg_locate import stream as streams
 from vrg_locate.mocap import stream as module
@@ -130,6 +131,36 @@ def test_a_system_that_sees_no_body_is_told_of(make: Make, server: Server, monke
     until(stream, "localhost has shown no rigid body for")
     server.shown = {"ann": ANN}
     wait_until(lambda: stream.problem() is None, "a body")
+
+
+def test_each_pose_of_each_tracker_of_vrpn_is_used_although_empty_frames_come_between(make: Make) -> None:
+    """The library looks a hundred times a second for what has come by then."""
+    trackers = Trackers(["ann", "bob"])
+    stream = make(Request("vrpn", {"hostname": f"127.0.0.1:{trackers.port}"}, 50.0, 30.0))
+    frames: list[Frame] = []
+
+    def came(name: str, x: float) -> bool:
+        frames.extend(stream.take())
+        return any((body.name, body.position[0]) == (name, x) for frame in frames for body in frame.bodies)
+
+    def some_empty_frames_came() -> bool:
+        frames.extend(stream.take())
+        return sum(not frame.bodies for frame in frames) >= 5
+
+    try:
+        wait_until(trackers.connected.is_set, "the library")
+        for name in ("ann", "bob"):
+            # The library listens to a tracker some time after it has heard its name.
+            wait_until(lambda name=name: trackers.show(name, -1.0) or came(name, -1.0), f"{name} for the first time")
+        for number in range(20):
+            frames.clear()
+            wait_until(some_empty_frames_came, "empty frames, so that the next pose is due")
+            for name in ("ann", "bob"):
+                trackers.show(name, number)
+            for name in ("ann", "bob"):
+                wait_until(lambda name=name, x=number: came(name, x), f"pose {number} of {name}")
+    finally:
+        trackers.close()
 
 
 def test_a_library_that_crashes_is_told_of_and_started_again(make: Make) -> None:

@@ -169,9 +169,12 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
             raise ValueError("expected points that are not all on one line, nor in one place")
     rays = lens.rays(pixels)
     best = None
-    # Two poses see points of a plane alike; the right one is above the floor, and has the smaller error.
+    above = _from_above(floor, rays)
+    # Two poses see points of a plane alike; the right one is above the floor, and has the smaller error. Of a camera
+    # that looks straight down OpenCV finds neither of them in some cases, so it is also begun from there.
     count, turns, ways, _ = cv2.solvePnPGeneric(floor, rays, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
-    for rough in zip(turns[:count], ways[:count], strict=True):
+    starts = [*zip(turns[:count], ways[:count], strict=True), *([] if above is None else [above])]
+    for rough in starts:
         turn, way = cv2.solvePnPRefineLM(floor, rays, np.eye(3), np.zeros(5), *rough)
         rotation = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
         place = Place(rotation, -rotation.T @ np.asarray(way, dtype=np.float64).ravel())
@@ -179,15 +182,25 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
         one = Fitted(place, np.hypot(*(found - pixels).T))
         if place.position[2] > 0.0 and np.isfinite(one.errors).all() and (best is None or one.rms < best.rms):
             best = one
-    if best is None or not _is_from_above(floor, rays):
+    if best is None or above is None:
         raise ValueError(
             "no camera above the floor can see these points so: is one of them typed wrong, or are x and y swapped?"
         )
     return best
 
 
-def _is_from_above(floor: Floats, rays: Floats) -> bool:
-    """True if points of the floor are seen the right way round: what goes to the left there goes to the right where y
-    is down."""
+def _from_above(floor: Floats, rays: Floats) -> tuple[Floats, Floats] | None:
+    """The pose of a camera that looks straight down and sees points of the floor most nearly so: OpenCV's two vectors.
+
+    None if they are seen the wrong way round: what goes to the left there goes to the right where y is down.
+    """
     linear, *_ = np.linalg.lstsq(np.column_stack((floor[:, :2], np.ones(len(floor)))), rays, rcond=None)
-    return bool(np.linalg.det(linear[:2]) < 0.0)
+    if not np.linalg.det(linear[:2]) < 0.0:
+        return None
+    # Seen from straight above, the floor is turned, and as much smaller as it is far away.
+    left, sizes, right = np.linalg.svd(linear[:2].T)
+    rotation = np.zeros((3, 3))
+    rotation[:2, :2], rotation[2, 2] = left @ right, -1.0
+    far = 1.0 / sizes.mean()
+    turn, _ = cv2.Rodrigues(rotation)
+    return np.asarray(turn, dtype=np.float64), far * np.array([[linear[2, 0]], [linear[2, 1]], [1.0]])

@@ -47,7 +47,7 @@ class Request(Struct, frozen=True):
 
     Args:
         system: its name in the library. options: the library's for it.
-        rate: the most frames in a second that are wanted. patience: how long nothing may come, s.
+        rate: the most measurements of each body in a second that are wanted. patience: how long nothing may come, s.
     """
 
     system: str

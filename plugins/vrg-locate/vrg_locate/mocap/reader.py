@@ -18,6 +18,7 @@ import msgspec
 
 from vrg.system import POSIX
 from vrg_locate.mocap.frames import Body, Frame, Request, Trouble, encode
+from vrg_locate.mocap.pace import Pace
 
 
 def main() -> None:
@@ -44,18 +45,16 @@ def _listen(request: Request, out: IO[bytes]) -> None:
     if request.system == "optitrack":
         # Of this system alone the library wants the address, and takes no name.
         options["hostname"] = socket.gethostbyname(options["hostname"])
-    system = motioncapture.connect(request.system, options)
-    due = 0.0
+    system, pace = motioncapture.connect(request.system, options), Pace(request.rate)
     while True:
         system.waitForNextFrame()
         now = time.monotonic()
         _end_after(request.patience)
-        if now < due:
-            continue
-        # Frames do not come quite evenly, so that the time between two is measured over many.
-        due = max(due, now - 1.0 / request.rate) + 1.0 / request.rate
-        bodies = [_body(name, body) for name, body in system.rigidBodies.items()]
-        out.write(encode(Frame(now, bodies)))
+        seen = system.rigidBodies
+        bodies = [_body(name, body) for name, body in seen.items() if pace.takes(name, now)]
+        # That it sees no body is told, too.
+        if bodies or (not seen and pace.takes(None, now)):
+            out.write(encode(Frame(now, bodies)))
 
 
 def _end_after(patience: float) -> None:

@@ -69,7 +69,7 @@ class MocapSettings(Table):
         up: its axis that points up.
         origin: the pose of its frame on the map: where its origin is and where its x axis points.
         bodies: the rigid bodies by the robots' names. A robot that is not named has the one of its own name.
-        rate: the most frames in a second that are used.
+        rate: the most measurements of each body in a second that are used.
         latency: the time from the exposure to the arrival of a frame, s.
         position: the standard deviation of x and of y, m. heading: that of the heading, degrees.
     """

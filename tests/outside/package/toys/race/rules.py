@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from toys.race import GAME, GREEN, RED
 from vrg.bus.messages import Zone
@@ -10,17 +9,18 @@ from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, R
 from vrg.errors import ConfigError, Problem
 from vrg.regions import Circle
 from vrg.tables import Table
-from vrg.types import Pose
+from vrg.types import Pose, Vector
 
 TEAMS = (RED, GREEN)
 
 
 class Settings(Table):
-    """The [rules] table: where the round finish is."""
+    """The [rules] table: where the round finish is, m, and how long a race may take, s."""
 
     x: float
     y: float
     radius: float = 1.0
+    time: float = 120.0
 
 
 class Race(RuleBook[GameState]):
@@ -30,6 +30,7 @@ class Race(RuleBook[GameState]):
     lineup_limit = 30.0
 
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int) -> None:
+        self.time = settings.time
         self.finish = Circle(settings.x, settings.y, settings.radius)
         super().__init__(contestants)
         inside = [c.name for c in contestants if self.finish.contains(c.start.x, c.start.y)]
@@ -40,9 +41,10 @@ class Race(RuleBook[GameState]):
         return GameState(points=dict.fromkeys(TEAMS, 0))
 
     def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
-        home = [n for n in sorted(self.contestants) if n in now.poses and self.finish.contains(*_place(now.poses, n))]
+        racing = sorted(now.poses.keys() & self.contestants.keys() - state.disqualified.keys())
+        home = [n for n in racing if self.finish.inside(_place(before.poses, n, now), _place(now.poses, n, now))]
         if not home:
-            return Verdict(state)
+            return Verdict(state, round_over=clock >= self.time)
         for team in {self.contestants[name].role for name in home}:
             state = state.with_points(team, state.points[team] + 1)
         call = Call(
@@ -56,9 +58,14 @@ class Race(RuleBook[GameState]):
     def next_round(self, state: GameState, now: Observation) -> Verdict[GameState]:
         return replace(super().next_round(state, now), why="one lap: first home, first served")
 
+    def time_limit(self, state: GameState) -> float:
+        return self.time
+
     def zones(self, state: GameState) -> list[Zone]:
         return [Zone(name="finish", kind="finish", region=self.finish)]
 
 
-def _place(poses: Mapping[str, Pose], name: str) -> Any:
-    return poses[name].x, poses[name].y
+def _place(poses: Mapping[str, Pose], name: str, now: Observation) -> Vector:
+    """Where a robot is in a field, and where it is not in it, where it is now."""
+    pose = poses.get(name, now.poses[name])
+    return pose.x, pose.y
