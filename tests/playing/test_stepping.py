@@ -31,6 +31,7 @@ from vrg.launch.fork_server import Child, ForkServer, fork_server
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.remote.wire import frame
 from vrg.launch.sandbox.bounds import BUDGET
+from vrg.launch.sandbox.seal import missing
 from vrg.playing import apart, in_process
 from vrg.playing.apart import Strategies, StrategyHere, SubprocessStrategy
 from vrg.playing.contained import ContainedPlayer
@@ -65,6 +66,14 @@ class Odd(Strategy):
             open("HOME/broken", "w").close()
             os._exit(1)
         return Action(Twist(0.4, 0.2 * (-1) ** (self.count // 15)), "Circle")
+"""
+DRIVES = """
+from vrg.agents import Strategy, Twist
+class Odd(Strategy):
+    count = 0
+    def act(self, view):
+        self.count += 1
+        return TWIST
 """
 NOW = datetime(2026, 11, 25)
 
@@ -142,6 +151,29 @@ def test_what_a_player_is_too_late_for_is_forfeited_in_a_repetition_too(home: Pa
     assert not ending.failures
     same(folder, repeated(folder, home, "again", None))
     same(folder, repeated(folder, home, "spread", Strategies(server, every=True)))
+
+
+@pytest.mark.parametrize(
+    ("twist", "fails"),
+    [
+        ("Twist(200.0, 0.0)", False),
+        ('Twist(float("nan") if self.count % 5 == 0 else 0.4, 0.0)', False),
+        ('Twist(0.4, float("inf"))', True),
+    ],
+)
+def test_a_motion_is_judged_alike_wherever_a_strategy_decides(
+    home: Path, server: ForkServer, twist: str, fails: bool
+) -> None:
+    (home / "odd.py").write_text(DRIVES.replace("TWIST", twist))
+    ways = {"alone": None, "spread": Strategies(server, every=True, deadline=60.0)}
+    ways |= {"sealed": Strategies(server, strangers=True, deadline=60.0)} if missing() is None else {}
+    played = {way: play(home, way, apart) for way, apart in ways.items()}
+    for folder, ending in played.values():
+        same(folder, played["alone"][0])
+        assert [failure.text for failure in ending.failures] == [
+            failure.text for failure in played["alone"][1].failures
+        ]
+        assert bool(ending.failures) == fails
 
 
 @pytest.mark.parametrize("where", ["here", "apart"])
@@ -257,7 +289,7 @@ def test_what_comes_too_late_is_forgotten_but_for_a_failure(home: Path) -> None:
     options: Any = {"sealed": False, "deadline": 0.0, "write": written.append}
     strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options)
     view = seen(setup)
-    for late in (Decided(Twist(0.1, 0.0), Payload(), "-"), Failed("it is out of fuel", final=True)):
+    for late in (Decided((0.1, 0.0, 0.0), Payload(), "-"), Failed("it is out of fuel", final=True)):
         strategy.send(view)
         with pytest.raises(ForfeitError):
             strategy.act(view)
@@ -276,7 +308,7 @@ def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
     strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False)
     view = seen(setup, picture=bytes(5_000_000))
-    process.theirs.sendall(frame(Decided(Twist(0.1, 0.0), Payload(), "-")))
+    process.theirs.sendall(frame(Decided((0.1, 0.0, 0.0), Payload(), "-")))
     strategy.send(view)
     assert strategy.act(view).twist.v == 0.1
     strategy.send(view)

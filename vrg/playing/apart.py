@@ -41,6 +41,7 @@ from vrg.playing.elsewhere import job_elsewhere
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.runs.step_log import Line, Missed, Unmade
 from vrg.system import POSIX
+from vrg.types import Twist
 
 DEADLINE: Final = 1.0
 """The real time in s after which a player that does not answer forfeits a step."""
@@ -332,8 +333,9 @@ class SubprocessStrategy(SteppedStrategy):
             say = None if payload.say is None else msgspec.msgpack.decode(payload.say)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise self._end(f"it has answered what cannot be read: {error}") from None
+        v, w, side = answer.motion
         return Action(
-            answer.twist,
+            Twist(v, w, side) if side else Twist(v, w),  # so that it is told in the same words as elsewhere
             say,
             () if payload.sightings is None else payload.sightings.seen,
             {bid.lot: bid.cost for bid in payload.bids},

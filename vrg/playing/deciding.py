@@ -30,7 +30,6 @@ from vrg.launch.sandbox.bounds import BoundedOutput, MemoryBound, printing_to, s
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.runs.run_folder import RunFolder
-from vrg.types import Twist
 
 
 class Job(Struct, frozen=True):
@@ -58,9 +57,14 @@ class Ready(Struct, frozen=True, tag=True):
 
 
 class Decided(Struct, frozen=True, tag=True):
-    """The decision of the strategy."""
+    """The decision of the strategy.
 
-    twist: Twist
+    Args:
+        motion: v, w and side of its twist. Any numbers pass here, as they do where the strategy is in the process of
+            its player, which is the one to judge them.
+    """
+
+    motion: tuple[float, float, float]
     payload: Payload
     mode: str
 
@@ -158,7 +162,8 @@ def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
         for problem in problems:
             if warn_once(problem):
                 print(strategy.complaint(problem))
-        pipe.send(Decided(planned(strategy, view, action.twist), payload, mode))
+        twist = planned(strategy, view, action.twist)
+        pipe.send(Decided((twist.v, twist.w, twist.side), payload, mode))
 
 
 if __name__ == "__main__":

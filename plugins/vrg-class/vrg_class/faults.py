@@ -9,8 +9,8 @@ _AT: Final = re.compile(r" \(at (\d+(?:\.\d+)?) s\)$")
 _KIND: Final = re.compile(r"\b[A-Z]\w*(?:Error|Exception)\b")
 _FOR_OTHERS: Final = re.compile(r"(?:; the sandbox refused it[^()]*| \((?:[^()]*, line \d+[^()]*|/[^()]*)\))+$")
 """What ends a sentence of VRG's and is not for beginners: places in code, and advice for those who run VRG."""
-_NO_MOTION: Final = re.compile(r"the process of the strategy is gone: .*\$\.twist")
-"""What VRG tells of a motion that cannot be sent."""
+_NO_MOTION: Final = re.compile(r"\.act: expected finite numbers")
+"""What VRG tells of motions that no robot can drive."""
 ENDLESS, MOTION, ANSWER = "endless", "motion", "answer"
 """The kinds of faults that Python has no name for: act does not come to an end, no robot can drive so, or act has
 returned something else."""
@@ -45,7 +45,7 @@ def fault_of(text: str, code: str) -> Fault:
     found = re.search(rf"{file}(?:, line |:)(\d+)", text)
     text = _FOR_OTHERS.sub("", text)
     if kind == MOTION:
-        text = "act returned a motion that no robot can drive: its numbers must be finite, and not too large"
+        text = "act returned a motion that no robot can drive: its numbers must be finite"
     named = _KIND.search(text)
     if named is not None:  # what VRG wanted to do when it met the error says nothing to a beginner
         text, kind = text[named.start() :], named[0]
