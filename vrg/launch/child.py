@@ -7,12 +7,14 @@ interpreter. So twelve processes start in about the time of one.
 
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 from msgspec import Struct
 
+from vrg.blame import failure_of
 from vrg.config.setup import read_setup
 from vrg.errors import LaunchError, StrategyError, VrgError
 from vrg.kinds import KINDS, PLAYER, ROUTER, WEB
@@ -88,6 +90,10 @@ def main(arguments: Sequence[str]) -> int:
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
     except KeyboardInterrupt:
         return 130
+    except Exception as error:  # of the rules of any game, or the driver of any robot: the log has the whole of it
+        traceback.print_exception(error)
+        print(f"vrg: {failure_of(error)}", file=sys.stderr)
+        return 1
     finally:
         if keys is not None:
             delete_abandoned_keys([keys])  # if the launcher was killed

@@ -165,7 +165,7 @@ class LaunchedMatch:
                     return
                 started(session)
                 over_since: float | None = None
-                reported = False
+                reported, names = False, self.names
                 while not stop.wait(POLL_PERIOD):
                     for host in self._hosts:
                         host.poll()
@@ -181,6 +181,9 @@ class LaunchedMatch:
                         if not reported:
                             reported = True
                             until_closed()
+                    elif self.names != names:
+                        names = self.names
+                        self._announce("the match goes on; Ctrl-C ends it")
         finally:
             try:
                 ending()

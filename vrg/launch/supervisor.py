@@ -1,6 +1,7 @@
 """The supervisor of one machine: it starts processes of a match, keeps them alive, and stops them cleanly."""
 
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from pathlib import Path
 
@@ -27,6 +28,8 @@ ROUTER_START = 10.0
 """The real time in s from a router's start after which it must answer."""
 NOTICE_TIMEOUT = 10.0
 """The real time in s without a sign of life of any process after which a person is informed."""
+SAME_FAILURES = 3
+"""The number of times that a process which the match cannot do without may end by the same error of its own."""
 LOG_TAIL = 15
 """The number of last lines of a log that are shown when a process has ended."""
 _PROGRESS = 0.5
@@ -71,6 +74,7 @@ class Supervisor:
         self.machine = machine
         self._notes = notes or NoNotes()
         self._failed: dict[str, str] = {}
+        self._errors: Counter[tuple[str, str]] = Counter()
         self._disqualify = disqualify
         self._mailbox = Mailbox()
         self._beats = self._mailbox.subscribe(
@@ -350,14 +354,14 @@ class Supervisor:
         # Where the fork server has died, it is not known how a node has ended: a window was closed, most likely.
         if status in (0, UNKNOWN_STATUS) and not process.spec.essential:
             self.processes.remove(process)
-            self._announce(f"{name} was closed; the match goes on, and Ctrl-C ends it")
+            self._announce(f"{name} was closed")
             self._notes.note(EventKind.CLOSED, name)
             return
         what = self._what_it_said(process)
         self._notes.note(EventKind.DIED, name, what, status=status)
         if process.spec.seat and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
-        elif process.strikes.failure(now):
+        elif process.strikes.failure(now) and not self._repeats(process, what):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
             self._start(process)
             self._notes.note(EventKind.STARTED, name)
@@ -366,10 +370,21 @@ class Supervisor:
         elif process.spec.seat:
             self._vacate(process, f"it fails too often: {what}")
         elif process.spec.essential:
-            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}")
+            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}\n{what}")
         else:
             self.processes.remove(process)
-            self._announce(f"{name} {how}, too often: the match goes on without it (log: {process.log.path})")
+            self._announce(f"{name} {how}, too often to start it again (log: {process.log.path})")
+
+    def _repeats(self, process: ManagedProcess, what: str) -> bool:
+        """Whether a process has ended by the same error of its own again and again, such as one of a game's rules.
+
+        Between two of them an official lets the match go on, which may take any time.
+        """
+        of_its_own = 0 < (process.exit_status or 0) < UNKNOWN_STATUS
+        if process.spec.seat or not (process.spec.essential and of_its_own):
+            return False
+        self._errors[process.spec.name, what] += 1
+        return self._errors[process.spec.name, what] >= SAME_FAILURES
 
     @staticmethod
     def _what_it_said(process: ManagedProcess) -> str:
