@@ -89,11 +89,21 @@ def test_an_echo_that_is_too_slow_loses_the_oldest_messages(run: Run) -> None:
 
 
 def test_a_key_on_which_nothing_comes_has_no_gap(run: Run) -> None:
+    key = KEYS.clock.key
     assert json.loads(run(Bus(), "topic", "hz", "clock", "--json", "--count", "1").stdout) == {
+        "key": key,
         "hz": 0,
         "gap_max_ms": None,
     }
-    assert run(Bus(), "topic", "hz", "clock", "--count", "1").stdout == "nothing came in the last second\n"
+    said = run(Bus(), "topic", "hz", "clock", "--count", "1").stdout
+    assert said == f"{key}: nothing came in the last second\n"
+
+
+def test_each_key_of_a_pattern_has_its_line(run: Run) -> None:
+    bus = Bus(*[clock(0.1 * n) for n in range(3)], (BATTERY, encode(Received(BATTERY, 2.0, 0, Battery(charge=0.5)))))
+    lines = run(bus, "topic", "hz", "**", "--count", "1").stdout.splitlines()
+    assert [line.split(": ")[0] for line in lines] == [KEYS.clock.key, BATTERY]
+    assert run(Bus(), "topic", "hz", "robot/*/state", "--count", "1").stdout.endswith("nothing has come yet\n")
 
 
 def test_the_table_of_sensors_tells_how_old_the_newest_readings_are(run: Run) -> None:

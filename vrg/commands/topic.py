@@ -6,6 +6,7 @@ import queue
 import sys
 import time
 from collections import Counter, deque
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from itertools import pairwise
 from pathlib import Path
@@ -137,24 +138,35 @@ def echo(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json:
 
 @app.command()
 def hz(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json: JsonOption = False) -> None:
-    """Measure how often messages come, in real time, each second."""
+    """Measure how often messages come, in real time, each second: a line for each key."""
     keys, endpoint = _bus(on)
     expression = _full_key(keys, key)
-    times: deque[float] = deque(maxlen=10_000)
+    # A key of its own is told of before anything has come.
+    times: dict[str, deque[float]] = {} if "*" in expression else {expression: deque()}
 
     def arrived(key: str, _payload: bytes) -> None:
         if key_matches(expression, key):
-            times.append(time.monotonic())
+            times.setdefault(key, deque(maxlen=10_000)).append(time.monotonic())
 
     reports = 0
     with listening(endpoint, on.keys) as (stop, session):
         session.watch_raw(expression, arrived)
         while not stop.wait(1.0) and (count is None or reports < count):
             since = time.monotonic() - 1.0
-            recent = [t for t in list(times) if t > since]
-            gaps = [b - a for a, b in pairwise(recent)]
-            longest = round(max(gaps) * 1e3, 2) if gaps else None
-            words = f"{len(recent)} Hz, longest gap {longest} ms" if gaps else f"{len(recent)} Hz, no gap to measure"
-            row = {"hz": len(recent), "gap_max_ms": longest}
-            typer.echo(json.dumps(row) if as_json else words if recent else "nothing came in the last second")
+            for of, came in sorted(times.copy().items()):
+                row = _rate(of, [t for t in list(came) if t > since])
+                typer.echo(json.dumps(row) if as_json else _rate_words(row))
+            if not times and not as_json:
+                typer.echo(f"{expression}: nothing has come yet")
             reports += 1
+
+
+def _rate(key: str, times: Sequence[float]) -> dict[str, Any]:
+    """How often messages came in a second, and the longest time between two of them; `times` are in s."""
+    gaps = [b - a for a, b in pairwise(times)]
+    return {"key": key, "hz": len(times), "gap_max_ms": round(max(gaps) * 1e3, 2) if gaps else None}
+
+
+def _rate_words(row: Mapping[str, Any]) -> str:
+    gap = "no gap to measure" if row["gap_max_ms"] is None else f"longest gap {row['gap_max_ms']} ms"
+    return f"{row['key']}: " + (f"{row['hz']} Hz, {gap}" if row["hz"] else "nothing came in the last second")
