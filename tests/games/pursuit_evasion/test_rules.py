@@ -510,7 +510,7 @@ def test_who_has_more_points_has_won(rules: PursuitEvasion, captured: int, escap
 
 
 def test_the_call_at_the_end_tells_why_the_game_is_over(rules: PursuitEvasion) -> None:
-    assert rules.next_round(crossing(rules, "i0", "i1"), field(rules)).why == "the time is up for i0, i1"
+    assert rules.next_round(crossing(rules, "i0", "i1"), field(rules)).why == "i0, i1 had not crossed when play ended"
     done = rules.initial().with_state(["i0"], "captured").with_state(["i1"], "escaped")
     assert rules.next_round(done, field(rules)).why == "all intruders are captured, escaped or out"
 

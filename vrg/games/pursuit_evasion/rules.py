@@ -151,7 +151,12 @@ class PursuitEvasion(RuleBook[State]):
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game after its round: the team with more points has won."""
         left = sorted(state.in_state(WAITING, CROSSING))
-        why = f"the time is up for {', '.join(left)}" if left else "all intruders are captured, escaped or out"
+        # An official may have put one back after the end of play, before the time was up.
+        why = (
+            f"{', '.join(left)} had not crossed when play ended"
+            if left
+            else "all intruders are captured, escaped or out"
+        )
         return replace(super().next_round(state, now), why=why)
 
     def _launched(self, state: State, clock: float, calls: list[Call]) -> State:
