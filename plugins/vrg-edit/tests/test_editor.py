@@ -62,6 +62,7 @@ def test_recent_matches_are_told_with_their_results_the_newest_first(place: Path
         ("roboflag", "roboflag", "", False),
         ("courtyard", "sharks-and-minnows", "broken off", False),
     ]
+    assert [r.where for r in found] == ["one", "mine.toml", "two"]
     assert recent_matches(place / "nothing", place / "nothing") == []
 
 

@@ -150,7 +150,7 @@ class Editor:
         self._recent = recent_matches(self._runs, self._base)
         listed = [
             {"name": r.name, "game": game_of(r.game).title or r.game, "when": r.when, "ending": r.ending}
-            | {"match": str(r.match), "recorded": r.recorded}
+            | {"match": str(r.match), "recorded": r.recorded, "where": r.where}
             for r in self._recent
         ]
         maps = choices_in(self._base).of(self.draft, "map")

@@ -45,6 +45,11 @@ class Recent:
     run: Path | None = None
     recorded: bool = False
 
+    @property
+    def where(self) -> str:
+        """The name of the run folder or of the file, which tells it from others of its name."""
+        return (self.run or self.match).name
+
 
 def open_draft(file: Path) -> Draft:
     """Read a match file to change it.

@@ -131,8 +131,9 @@ function begin(answer) {
     }),
   );
   byId("map").replaceChildren(new Option("the game's own map", ""), ...start.maps.map((name) => new Option(name)));
-  const recent = start.recent.map(({ name, game, when, ending, match }) =>
-    card({ match }, make("strong", "", name), make("small", "", game), make("small", "", when), make("p", "", ending)),
+  const recent = start.recent.map(({ name, game, when, ending, match, where }) =>
+    card({ match }, make("strong", "", name), make("small", "", game), make("small", "", when), make("p", "", ending),
+      make("small", "", where)),
   );
   byId("recent").replaceChildren(...(recent.length ? recent : [make("p", "", "none in this folder yet")]));
   if (!chosen.game && !chosen.match) chosen = { game: start.first };
