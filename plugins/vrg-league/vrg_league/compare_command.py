@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 PRINTED_EVERY = 20
 """The number of games after which the progress is printed, where the output is no terminal."""
+ROUGH = 20
+"""The number of games after which a clear difference is seen, and a small one is not."""
 FOLLOWED_EVERY = 2.0
 """The real time in s between two times at which what follows an experiment is called."""
 MOST_CROSSED = 8
@@ -267,6 +269,8 @@ def _play(
     )
     began, played, seconds, followed = time.monotonic(), 0, 0.0, 0.0
     console.print(report.schedule(running.series, workers.jobs, None), soft_wrap=True)
+    if options.games > ROUGH:
+        console.print(f"Ctrl-C keeps what was played; --games {ROUGH} gives a rough answer soon", soft_wrap=True)
     follow(running, None)
     with Progress(*columns, console=console, transient=True) as progress:
         bar = progress.add_task("games", total=running.total, running=0, speed="", now=_now(running))
