@@ -1,5 +1,8 @@
 """The commands `vrg play`, which plays a match, and `vrg check`, which checks a match file."""
 
+import shutil
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -62,8 +65,25 @@ def play(match: GameArgument, options: PlayOptions) -> None:
         from vrg.commands.playing import play_match, wants_replay
 
         played = play_match(match, options, server)
+    if played is not None:
+        _print_next(played[0].path)
     if played is not None and wants_replay(played[0]):
         from vrg.runs.replay import replay_window
         from vrg.ui.window.replay import show
 
         show(replay_window(*played, runs=options.runs))
+
+
+def _print_next(run: Path) -> None:
+    """Print what somebody may want to do after a match, as commands for this shell."""
+    found = shutil.which("vrg")
+    command = "vrg" if found and Path(found).samefile(sys.argv[0]) else sys.argv[0]
+    rest = {
+        f"run why {run}": "the calls of the referee; with --call N the rule and the number that decided one",
+        f"run replay {run}": "watch it again, at any speed",
+        "practice": "drive a robot by hand; practice mine.py:Mine lets your own player drive it",
+    }
+    width = max(map(len, rest))
+    typer.echo("Next:")
+    for words, why in rest.items():
+        typer.echo(f"    {command} {words:<{width}}  {why}")
