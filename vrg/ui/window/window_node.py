@@ -31,6 +31,7 @@ STOPPED: Final = "Because of the emergency stop, {} is given back"
 GIVEN_BACK: Final = "{} is given back"
 LOST_PAD: Final = "The gamepad is lost: {} is given back"
 HAND: Final = "You drive {}: arrows, or RB and stick; ESC gives it back"
+NOBODY: Final = "There is nobody to drive now"
 LED: Final = "The referee drives {} now; then it is yours"
 
 
@@ -227,8 +228,8 @@ class WindowNode(Window, Node):
             self.driving.take(free[(free.index(before) + step) % len(free)])
         elif free:
             self.driving.take(free[0 if step > 0 else -1])
-        elif self.drivable:
-            self.notice = TAKEN.format(", ".join(self.drivable))
+        else:
+            self.notice = TAKEN.format(", ".join(self.drivable)) if self.drivable else NOBODY
 
     def _drive(self, press: Press) -> None:
         if self.driving.player is None:
