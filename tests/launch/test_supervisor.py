@@ -11,6 +11,7 @@ import pytest
 
 from tests.system.harness import wait_until
 from vrg.bus.topics import Keys
+from vrg.errors import LaunchError
 from vrg.launch import greed, managed
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
@@ -30,6 +31,9 @@ if kind == "parent":
 if "exits" in kind:
     os._exit(int(kind[-1]))
 print("started", flush=True)
+if kind == "broken":
+    print("vrg: ValueError: no such goal (rules.py, line 7, in judge)", file=sys.stderr, flush=True)
+    sys.exit(1)
 time.sleep(3600.0)
 """
 Make = Callable[..., Supervisor]
@@ -72,6 +76,35 @@ def out(supervisor: Supervisor) -> dict[str, str]:
     failed: dict[str, str] = {}
     wait_until(lambda: failed.update(polled(supervisor)) or failed, "the player to be out")
     return failed
+
+
+def test_who_fails_by_the_same_error_for_the_third_time_ends_the_match_and_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "players.py").write_text(PLAYER, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.getcwd()}")
+    monkeypatch.setattr(managed, "child", SimpleNamespace(__name__="players"))
+    job = Job(kind="coordinator", router="tcp/h:1", run=str(tmp_path), name="referee", strategy="broken")
+    spec, said = ProcessSpec("referee", job.arguments, None, 1, 1, says="started"), list[str]()
+    supervisor = Supervisor([spec], "tcp/h:1", Keys("match"), tmp_path, said.append)
+    try:
+        supervisor.begin(1)
+
+        def given_up() -> bool:
+            try:
+                supervisor.poll()
+            except LaunchError as error:
+                said.append(str(error))
+                return True
+            return False
+
+        wait_until(given_up, "the match to be given up")
+    finally:
+        supervisor.close()
+    place = "ValueError: no such goal (rules.py, line 7, in judge)"
+    assert [place in text for text in said] == [True, True, True]
+    assert "started again" in said[1]
+    assert "too often to go on" in said[2]
 
 
 def test_nothing_waits_for_greedy_players_that_ignore_a_stop(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
