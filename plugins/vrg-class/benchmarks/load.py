@@ -245,7 +245,10 @@ async def lesson(server: Server, args: argparse.Namespace) -> Found:
             await asyncio.sleep(args.seconds / (args.kills + 1))
             server.kill()
             await asyncio.to_thread(server.start)
-        await working
+        try:
+            await asyncio.wait_for(working, max(0.0, end - time.monotonic()) + 3 * PATIENCE)
+        except TimeoutError:
+            print("somebody still waits, long after the end: what follows is without that one", flush=True)
         for task in others:
             task.cancel()
     return found
