@@ -19,7 +19,7 @@ from msgspec import Struct, inspect, structs
 from tests.bus.bench import KEYS
 from vrg.bus import codec
 from vrg.bus import messages as m
-from vrg.bus.codec import Received, decode, encode, header
+from vrg.bus.codec import SEQUENCES, Received, decode, encode, header
 from vrg.bus.topics import Keys
 from vrg.errors import MessageError, MisroutedError
 from vrg.hal.sensors import SENSORS, png
@@ -107,7 +107,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
 
 
 @pytest.mark.parametrize("kind", MESSAGES, ids=lambda k: k.__name__)
-@given(data=st.data(), stamp=seconds, sequence=counts)
+@given(data=st.data(), stamp=seconds, sequence=st.integers(0, SEQUENCES - 1))
 def test_a_message_comes_back_as_it_was_sent(
     kind: type[m.Message], data: st.DataObject, stamp: float, sequence: int
 ) -> None:
@@ -185,6 +185,7 @@ STANDING = {"twist": {"v": 0.0, "w": 0.0}}
         ([2, 1, "x", "k", 0, 0.0, STANDING], "version 3 of Drive, got 1"),
         ([2, 3, "x", "k", 0, math.nan, STANDING], "expected a message"),
         ([2, 3, "x", "k", -1, 0.0, STANDING], "expected a message"),
+        ([2, 3, "x", "k", 2**32, 0.0, STANDING], "expected a message"),
         ([2, 3, "x" * 401, "k", 0, 0.0, STANDING], "expected a message"),
         ([2, 3, "x", "k", 0, 0.0, {"twist": {"v": 0.0}}], "w"),
         ([2, 3, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
@@ -195,6 +196,10 @@ STANDING = {"twist": {"v": 0.0, "w": 0.0}}
 def test_what_is_wrong_is_told(wire: object, told: str) -> None:
     with pytest.raises(MessageError, match=told):
         decode(msgpack.packb(wire), m.Drive, "k")
+
+
+def test_the_highest_number_of_a_message_is_the_highest_of_a_recording() -> None:
+    assert decode(msgpack.packb([2, 3, "x", "k", 2**32 - 1, 0.0, STANDING]), m.Drive, "k").sequence == 2**32 - 1
 
 
 @given(key=texts(max_size=20), other=texts(max_size=20), body=MESSAGES[m.Drive])

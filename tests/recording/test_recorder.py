@@ -304,6 +304,20 @@ def test_a_full_disk_ends_the_recording_and_nothing_else(path, caplog):
     assert times[-1] > 2.0
 
 
+@pytest.mark.parametrize(("number", "stamp"), [(2**32, 0.2), (-1, 0.2), (0, -0.1), (0, 2e10)])
+def test_a_message_that_no_recording_can_hold_is_left_out_alone(path, caplog, number, stamp):
+    recorder, match = record(path, 0.2), synthetic.Match(KEYS)
+    for time, sequence in ((stamp, number), (0.3, 2**32 - 1)):
+        match.say(recorder.mailbox, KEYS.report("nemo"), synthetic.report("nemo"), time, sequence)
+        recorder.mailbox.handover(0.3)
+        recorder.tick(Tick(0.3))
+    recorder.stop()
+    assert recorder.fault is None
+    assert "is not recorded: /player/nemo/report: expected a number from 0 to 4294967295" in caplog.text
+    assert [message.sequence for _, _, message in messages_of(path, topics="/player/nemo/report")] == [0, 1, 2**32 - 1]
+    assert len(read_tracks(path)["nemo"].times) == 2, "what is around it can be read"
+
+
 def test_a_folder_that_is_not_there_ends_the_recording_and_nothing_else(tmp_path, caplog):
     recorder = record(tmp_path / "nowhere" / "match.mcap", 1.0)
     recorder.stop()

@@ -17,6 +17,8 @@ from vrg.types import printable
 
 WIRE: Final = 2
 """The version of the array that every message is. A receiver refuses every other one."""
+SEQUENCES: Final = 2**32
+"""The number of messages that one sender may publish on one key: recordings have 32 bits for the number of each."""
 SENDER_LENGTH: Final = 400
 """The length of the longest sender, in characters. A name of 64 characters may have four times as many in a key."""
 
@@ -35,7 +37,7 @@ class Received(Struct, Generic[T_co], frozen=True, gc=False):
     Args:
         key: the key that it came on.
         stamp: the match time of the measurement, or of the sender's tick, s.
-        sequence: counts the sender's messages on this key from 0.
+        sequence: counts the sender's messages on this key from 0; it is less than SEQUENCES.
         body: the message itself.
         sender: the kind and the name of the node that has published it, such as `player/ann`. One received over the bus
             has the instance of the sender's process behind them, such as `player/ann/3f60c1d2`.
@@ -55,7 +57,7 @@ class Header(Struct, frozen=True, array_like=True, forbid_unknown_fields=True, g
     version: int
     sender: Annotated[str, Meta(max_length=SENDER_LENGTH)]
     key: str
-    sequence: Annotated[int, Meta(ge=0)]
+    sequence: Annotated[int, Meta(ge=0, lt=SEQUENCES)]
     stamp: Annotated[float, Meta(ge=0.0, le=1e8)]
     body: Raw
 

@@ -50,6 +50,8 @@ def name_of(chunk: str) -> str:
     if not chunk.startswith(_CODED):
         return chunk
     try:
-        return chunk.removeprefix(_CODED).encode("ascii").decode("punycode")
+        name = chunk.removeprefix(_CODED).encode("ascii").decode("punycode")
+        name.encode()  # half a pair of surrogates is no text
+        return name
     except UnicodeError:
         return chunk

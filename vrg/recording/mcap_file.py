@@ -7,10 +7,14 @@ import msgspec
 from mcap.writer import Writer
 from msgspec import Struct
 
+from vrg.bus.codec import SEQUENCES
+from vrg.errors import MessageError
 from vrg.recording.schemas import json_schema, schema_name
 
 CHUNK_BYTES: Final = 1 << 20
 """A second of a match with lasers may be larger than this; it is then cut in two."""
+_CHANNELS: Final = 2**16 - 1
+"""The number of topics that a file may have."""
 
 
 class McapFile:
@@ -52,7 +56,21 @@ class McapFile:
 
         Args:
             stamp: match time, s. sequence: the publisher's.
+
+        Raises:
+            MessageError: MCAP cannot hold it, so that nothing of it was written.
         """
+        # The writer checks nothing: it would fail in the middle of a record, and spoil those around it.
+        time = round(stamp * 1e9)
+        if not (0 <= time < 2**64 and 0 <= sequence < SEQUENCES):
+            text = f"a number from 0 to {SEQUENCES - 1} and a stamp from 0 s, got {sequence} and {stamp:g} s"
+            raise MessageError(f"{topic}: expected {text}")
+        if topic not in self._channels and len(self._channels) >= _CHANNELS:
+            raise MessageError(f"{topic}: expected at most {_CHANNELS} topics, got one more")
+        try:
+            data = self._encode(record)
+        except (ValueError, TypeError) as error:
+            raise MessageError(f"{topic}: expected what can be written as JSON: {error}") from None
         channel = self._channels.get(topic)
         if channel is None:
             kind = type(record)
@@ -61,8 +79,7 @@ class McapFile:
                 self._schemas[kind] = schema
             channel = self._writer.register_channel(topic, "json", self._schemas[kind])
             self._channels[topic] = channel
-        time = round(stamp * 1e9)
-        self._writer.add_message(channel, time, self._encode(record), time, sequence)
+        self._writer.add_message(channel, time, data, time, sequence)
 
     def flush(self) -> None:
         """Hand everything that was written to the operating system, so that it outlives this process."""

@@ -24,10 +24,11 @@ from msgspec import Struct
 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
+from vrg.bus.mailbox import Mailbox, is_power_of_ten
 from vrg.bus.names import name_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
+from vrg.errors import MessageError
 from vrg.games import UNKNOWN_GAME, game_of, look
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.spec import Recorded
@@ -55,7 +56,7 @@ class Recorder(Node):
     The recording ends with the game, also where processes go on because a window is open.
 
     A write that fails, for example on a full disk, ends the recording and nothing else: it is logged once, `fault`
-    gives the reason, and what was written stays readable.
+    gives the reason, and what was written stays readable. A message that the file cannot hold is left out, and logged.
 
     Args:
         output: the file to make at the first tick; where one of that name exists, a number is added, so that a
@@ -110,6 +111,7 @@ class Recorder(Node):
         """The match time at which the recording ends, s."""
         self._flushed = 0.0
         self._pending = False
+        self._refused = 0
         self._ticked: Received[m.Clock] | None = None
         """The clock that was written last."""
         self._waiting: dict[str, Received[m.Sketch]] = {}
@@ -166,7 +168,13 @@ class Recorder(Node):
 
     def _write(self, topic: str, record: Struct, of: Received[m.Message]) -> None:
         assert self._file is not None
-        self._file.write(topic, record, of.stamp, of.sequence)
+        try:
+            self._file.write(topic, record, of.stamp, of.sequence)
+        except MessageError as error:
+            self._refused += 1
+            if is_power_of_ten(self._refused):
+                log.warning("a message of %s is not recorded: %s (%d so far)", of.sender, error, self._refused)
+            return
         self._pending = True
 
     def _keep(self, received: Received[m.Message]) -> None:

@@ -7,7 +7,7 @@ from msgspec import Struct
 
 
 class Sink(Protocol):
-    """Takes messages in. Every method but `abandon` may raise OSError.
+    """Takes messages in. Every method but `abandon` may raise OSError, after which nothing more can be written.
 
     Attributes:
         path: the file that was made; None if there is none.
@@ -20,6 +20,9 @@ class Sink(Protocol):
 
         Args:
             stamp: match time, s. sequence: the publisher's.
+
+        Raises:
+            MessageError: it cannot hold this message. What was written before stays, and more can be written.
         """
 
     def flush(self) -> None:
