@@ -65,9 +65,10 @@ def play(match: GameArgument, options: PlayOptions) -> None:
         from vrg.commands.playing import play_match, wants_replay
 
         played = play_match(match, options, server)
-    if played is not None:
-        _print_next(played[0].path)
-    if played is not None and wants_replay(played[0]):
+    if played is None:
+        return
+    _print_next(played[0].path)
+    if wants_replay(played[0]):
         from vrg.runs.replay import replay_window
         from vrg.ui.window.replay import show
 
@@ -77,7 +78,8 @@ def play(match: GameArgument, options: PlayOptions) -> None:
 def _print_next(run: Path) -> None:
     """Print what somebody may want to do after a match, as commands for this shell."""
     found = shutil.which("vrg")
-    command = "vrg" if found and Path(found).samefile(sys.argv[0]) else sys.argv[0]
+    # Windows leaves the ending of a program's name out.
+    command = "vrg" if found and Path(found).with_suffix("") == Path(sys.argv[0]).absolute() else sys.argv[0]
     rest = {
         f"run why {run}": "the calls of the referee; with --call N the rule and the number that decided one",
         f"run replay {run}": "watch it again, at any speed",

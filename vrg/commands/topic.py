@@ -5,7 +5,7 @@ import math
 import queue
 import sys
 import time
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from itertools import pairwise
@@ -141,12 +141,13 @@ def hz(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json: J
     """Measure how often messages come, in real time, each second: a line for each key."""
     keys, endpoint = _bus(on)
     expression = _full_key(keys, key)
-    # A key of its own is told of before anything has come.
-    times: dict[str, deque[float]] = {} if "*" in expression else {expression: deque()}
+    times: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=10_000))
+    if "*" not in expression:
+        times[expression]  # a key of its own is told of before anything has come
 
     def arrived(key: str, _payload: bytes) -> None:
         if key_matches(expression, key):
-            times.setdefault(key, deque(maxlen=10_000)).append(time.monotonic())
+            times[key].append(time.monotonic())
 
     reports = 0
     with listening(endpoint, on.keys) as (stop, session):

@@ -370,7 +370,7 @@ class Supervisor:
         elif process.spec.seat:
             self._vacate(process, f"it fails too often: {what}")
         elif process.spec.essential:
-            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}\n{what}")
+            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}")
         else:
             self.processes.remove(process)
             self._announce(f"{name} {how}, too often to start it again (log: {process.log.path})")

@@ -65,14 +65,14 @@ class McapFile:
         if not (0 <= time < 2**64 and 0 <= sequence < SEQUENCES):
             text = f"a number from 0 to {SEQUENCES - 1} and a stamp from 0 s, got {sequence} and {stamp:g} s"
             raise MessageError(f"{topic}: expected {text}")
-        if topic not in self._channels and len(self._channels) >= _CHANNELS:
-            raise MessageError(f"{topic}: expected at most {_CHANNELS} topics, got one more")
         try:
             data = self._encode(record)
         except (ValueError, TypeError) as error:
             raise MessageError(f"{topic}: expected what can be written as JSON: {error}") from None
         channel = self._channels.get(topic)
         if channel is None:
+            if len(self._channels) >= _CHANNELS:
+                raise MessageError(f"{topic}: expected at most {_CHANNELS} topics, got one more")
             kind = type(record)
             if kind not in self._schemas:
                 schema = self._writer.register_schema(schema_name(kind), "jsonschema", json_schema(kind))
