@@ -144,7 +144,7 @@ async def joined(http: aiohttp.ClientSession, server: Server, name: str, found: 
     """Join, as often as it takes, as a person does who reads that there is no connection: the token, and the name."""
     while True:
         try:
-            status, answer = await asked(http, server, "/join", server.joining, name=name)
+            status, answer = await asked(http, server, "/join", server.joining, name=name, device=name)
             if status == 200:
                 return answer["token"], answer["name"]
             found.answers[f"join {status}"] += 1

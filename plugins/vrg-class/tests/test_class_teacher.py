@@ -158,3 +158,14 @@ def test_the_teacher_halts_and_speaks_and_sees_who_is_stuck(of_class: Class) -> 
     assert of_class.ask("/teacher", teacher)[1]["busy"] == 1, "it waits"
     of_class.ask("/teacher/decide", teacher, halted=False)
     wait_until(lambda: of_class.ask("/teacher", teacher)[1]["busy"] == 0, "it to be played")
+
+
+def test_a_join_whose_answer_was_lost_may_be_said_again_from_the_same_device(of_class: Class) -> None:
+    joining = of_class.folder.about.joining
+    first = of_class.ask("/join", joining, name="Ada", word="", device="hers")[1]["token"]
+    assert of_class.ask("/join", joining, name="ada", word="", device="hers")[1]["token"] == first
+    assert "taken" in of_class.ask("/join", joining, name="Ada", word="", device="another")[1]
+    assert "taken" in of_class.ask("/join", joining, name="Ada", word="")[1]
+    base = of_class.ask("/me", first)[1]["revision"]
+    assert of_class.ask("/hand-in", first, code=GOOD, base=base)[0] == 200
+    assert "taken" in of_class.ask("/join", joining, name="Ada", word="", device="hers")[1], "there is code to lose"

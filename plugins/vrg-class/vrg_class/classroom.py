@@ -95,16 +95,22 @@ class Classroom:
         """What the teacher has to say, as a message to pages."""
         return encode({"t": "news", "message": self.message, "halted": self.halted})
 
-    def joined(self, name: str) -> Student:
-        """A new student; on the thread of the folder.
+    def joined(self, name: str, device: str = "") -> Student:
+        """A new student; on the thread of the folder. Who has done nothing yet may join again from the same device.
+
+        Args:
+            device: what tells the device from others; empty if that is not known.
 
         Raises:
             RefusalError: the name is taken, or the class is full. OSError: it cannot be written.
         """
-        if self.folder.named(name) is not None:
+        if (known := self.folder.named(name)) is not None:
+            # The answer of the first time may have been lost on its way.
+            if device and device == known.device and not known.versions:
+                return known
             raise RefusalError("taken", name=name)
         try:
-            return self.folder.join(name)
+            return self.folder.join(name, device)
         except OSError:  # it is known, and written as soon as there is room
             if (student := self.folder.named(name)) is None:
                 raise

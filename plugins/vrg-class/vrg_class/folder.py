@@ -69,6 +69,7 @@ class Student(Struct, frozen=True, kw_only=True):
     Args:
         name: as it was typed. token: of the student's link.
         folder: the name of the folder, which says who it is: names and tokens may change.
+        device: from which the student has joined; empty if that is not known.
         known_as: the name by which the student has joined, where the teacher has given another one.
         done: the names of the steps whose goal was reached.
         handed: the number of the version that was handed in last; 0 for none. versions: how many there have been.
@@ -79,6 +80,7 @@ class Student(Struct, frozen=True, kw_only=True):
     name: str
     token: str
     folder: str
+    device: str = ""
     known_as: str = ""
     done: tuple[str, ...] = ()
     handed: int = 0
@@ -176,8 +178,11 @@ class ClassFolder:
         """The folder of a student."""
         return self.path / "students" / student.folder
 
-    def join(self, name: str) -> Student:
+    def join(self, name: str, device: str = "") -> Student:
         """Take in a new student, whose name is free: see `named`.
+
+        Args:
+            device: from which the student joins; empty if that is not known.
 
         Raises:
             OverflowError: the class is full. OSError: it cannot be written.
@@ -190,7 +195,10 @@ class ClassFolder:
         token = secrets.token_urlsafe(TOKEN_BYTES)
         # Where the record of a student was lost, the code is still there.
         versions = self._newest(folder)
-        return self.keep(Student(name=name, token=token, folder=folder, versions=versions, since=time.time()))
+        student = Student(
+            name=name, token=token, folder=folder, device=device, versions=versions, since=time.time()
+        )  # fmt: skip
+        return self.keep(student)
 
     def keep(self, student: Student) -> Student:
         """Write down what is known of a student. If it cannot be written, it is known as long as this runs.

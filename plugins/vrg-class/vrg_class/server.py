@@ -138,6 +138,7 @@ class ClassSite(DaySite):
         about, wanted = self._folder.about, await read(request, requests.Join)
         if not is_token(self.token_of(request), about.joining):
             raise RefusalError("joining-link", 401)
+        self.let_in(request, "")  # before the disk is waited for: an answer that is lost leaves the name taken
         name = name_of(wanted.name)
         if self._room.closed and self._folder.named(name) is None:
             raise RefusalError("closed")
@@ -152,8 +153,7 @@ class ClassSite(DaySite):
             if student is None:
                 student = await self._room.write(self._room.joined, known)
         else:
-            student = await self._room.write(self._room.joined, name)
-        self.let_in(request, "")
+            student = await self._room.write(self._room.joined, name, wanted.device)
         return {"token": student.token, "name": student.name}
 
     async def _me(self, _wanted: requests.Nothing, student: Student, desk: Desk) -> Any:
