@@ -11,6 +11,7 @@ import pytest
 import typer
 
 from tests.command_line import Done, Vrg, command_line
+from tests.tiny import TINY
 from vrg import __version__
 from vrg.commands.options import duration
 from vrg.config.loading import match_path
@@ -153,6 +154,33 @@ def tells_of_missing(package: str, arguments: list[str]) -> None:
     assert f"the package {package} is not installed" in done.stderr
     assert "pip install 'vrg[" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("hidden", "said"),
+    [
+        (
+            "pygame",
+            "no window: the package pygame is not installed, and this needs it: pip install 'pygame'; or watch in",
+        ),
+        ("vrg.ui.window.window", "no window: pygame, which draws windows, cannot be imported: "),
+        ("", "no window: no screen answers at :99: watch in a browser, with --web or `vrg show web`"),
+    ],
+)
+def test_a_window_that_cannot_be_opened_says_why(
+    vrg: Vrg, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, hidden: str, said: str
+) -> None:
+    (tmp_path / "tiny.toml").write_text(TINY)
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    if hidden:
+        monkeypatch.setitem(sys.modules, hidden, None)
+    command = ("play", "tiny.toml", "--in-process", "--rate", "100", "--no-record")
+    shown, quiet = vrg(*command), vrg(*command, "--headless")
+    assert (shown.status, quiet.status) == (0, 0)
+    assert said in shown.out
+    assert "no window" not in quiet.out
 
 
 def test_the_help_page_fits_on_a_screen(vrg: Vrg) -> None:

@@ -16,7 +16,6 @@ from typer.core import TyperGroup
 
 from vrg import __version__
 from vrg.errors import ConfigError, VrgError
-from vrg.modules import EXTRAS, missing
 from vrg.registry import close_to, imported, load_object
 from vrg.types import printable
 
@@ -256,9 +255,11 @@ def main() -> None:
         print(printable(text, lines=True), file=sys.stderr)
         sys.exit(1)
     except ModuleNotFoundError as error:
-        if error.name not in EXTRAS:
+        from vrg.packages import PACKAGES, lacking  # noqa: PLC0415 - only a mistake needs it
+
+        if error.name is None or error.name not in PACKAGES:
             raise
-        print(f"vrg: {missing(error.name)}", file=sys.stderr)
+        print(f"vrg: {lacking(error.name) or error}", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)

@@ -6,11 +6,12 @@ A package outside adds a kind by an entry point of the group `vrg.kinds`; `vrg n
     scoreboard = "my_package.scoreboard:KIND"
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from vrg.errors import ConfigError
+from vrg.packages import Package, lacking
 from vrg.registry import Registry, expected_one_of, installed_by
 from vrg.seats.seat import NAMED, Seat, SeatKind
 
@@ -46,6 +47,7 @@ class Kind:
             match's set-up, the address that was typed or None, and `secured`: whether only seats are let in. It raises
             a ConfigError or a LaunchError for an address that cannot be used.
         replays: the `module:function` that shows a recorded match, as `vrg.commands.page.serve_replay` does.
+        needs: the packages without which it shows nothing, by the module of each.
         drives: the name of the strategy whose players stand unless a process of this kind drives them.
         stop_order: processes of a lower number are stopped first.
         essential: the match is given up without it.
@@ -67,6 +69,7 @@ class Kind:
     shown: str = ""
     opens: str = ""
     replays: str = ""
+    needs: Mapping[str, Package] = field(default_factory=dict)
     drives: str = ""
     stop_order: int = 1
     essential: bool = False
@@ -78,6 +81,15 @@ class Kind:
     def seats_of(self, name: str) -> list[Seat]:
         """The seats that a process of this kind and this name may take, the one that it prefers first."""
         return [Seat(kind, name) if kind in NAMED else Seat(kind) for kind in self.seats]
+
+    def check_needs(self) -> None:
+        """Check that the packages that it needs are there.
+
+        Raises:
+            ConfigError: one is not; the message says what to install.
+        """
+        if problems := [why for module, package in self.needs.items() if (why := lacking(module, package))]:
+            raise ConfigError([f"{self.shown or self.name} cannot be shown: {why}" for why in problems])
 
 
 _WINDOW = "vrg.launch.serving:run_window"
@@ -163,7 +175,7 @@ def kind_shown(name: str, use: str) -> Kind:
         use: the field with the function that is wanted of it, `opens` or `replays`.
 
     Raises:
-        ConfigError: there is no such kind, or it has no such function.
+        ConfigError: there is no such kind, it has no such function, or a package that it needs is missing.
     """
     shown = {kind.shown: kind for kind in every_kind()}
     if name not in shown and (wanted := installed_by("vrg.commands", f"show.{name}")):
@@ -172,4 +184,5 @@ def kind_shown(name: str, use: str) -> Kind:
     if name not in able:
         live = ", which shows running matches only" if name in shown and use == "replays" else ""
         raise ConfigError(f"a view of the match: {expected_one_of(sorted(able), name)}{live}")
+    able[name].check_needs()
     return able[name]

@@ -17,15 +17,6 @@ STANDARD_ERROR: Final = 2
 """The file descriptor of the standard error stream."""
 
 
-EXTRAS: Final = {"pyarrow": "tables", "aiohttp": "web", "segno": "web"}
-"""Packages that are not always installed, with the extra of VRG that each belongs to."""
-
-
-def missing(package: str) -> str:
-    """What to do where a package of EXTRAS is missing."""
-    return f"the package {package} is not installed, and this needs it: pip install 'vrg[{EXTRAS[package]}]'"
-
-
 def module_in(folder: Path, name: str) -> Path | None:
     """The file or the folder of a module in a folder; None for VRG itself, which is no part of a match."""
     if name == "vrg":

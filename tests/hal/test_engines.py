@@ -3,9 +3,6 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -54,35 +51,6 @@ def test_without_the_package_of_an_engine_a_match_has_another_one_or_names_what_
         ConfigError, match=r"engine pybullet: the package of that name is not installed.*--engine planar"
     ):
         check_installed(BULLET)
-
-
-def test_a_module_mujoco_without_its_package_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str) -> None:
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr(engines, "distribution", missing)
-    with pytest.raises(ConfigError, match="expected the module mujoco of mujoco-core, found that of another package"):
-        engines.check_installed("mujoco")
-
-
-def test_a_package_that_does_not_list_its_files_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engines, "distribution", lambda _: SimpleNamespace(name="mujoco-core", version="4", files=None))
-    engines.check_installed("mujoco")
-
-
-def test_a_module_of_another_package_in_place_of_that_of_mujoco_is_refused(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    check_installed(MUJOCO)
-    other, file = (
-        SimpleNamespace(name="mujoco", version="3.4.0", files=["mujoco/__init__.py"]),
-        tmp_path / "__init__.py",
-    )
-    file.write_text("__version__ = '3.4.0'\n")
-    monkeypatch.setattr(engines, "find_spec", lambda _: SimpleNamespace(origin=str(file)))
-    monkeypatch.setattr(engines, "distributions", lambda: [other])
-    with pytest.raises(ConfigError, match=rf"mujoco-core {version('mujoco-core')}, found that of mujoco 3\.4\.0"):
-        check_installed(MUJOCO)
 
 
 def test_robots_are_known_by_name(make: Make) -> None:

@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -20,13 +19,14 @@ from vrg.bus.process import PULSE_PERIOD
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
 from vrg.bus.topics import Keys
 from vrg.commands.matches import credentials_for
-from vrg.commands.options import JsonOption
+from vrg.commands.options import JsonOption, no_window
 from vrg.errors import VrgError
-from vrg.hal.sim.engines import BULLET, MUJOCO, check_installed
+from vrg.hal.sim.engines import BULLET, check_installed
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
 from vrg.launch.running import running
 from vrg.modules import silent_errors
+from vrg.packages import Package, lacking, modules_of
 from vrg.plugins import CHECKS, broken
 from vrg.seats.seat import Seat, SeatKind
 
@@ -44,9 +44,11 @@ def _packages() -> list[str]:
 
 def _package(name: str) -> Finding:
     try:
-        return Finding(name, True, version(name))
+        found = version(name)
     except PackageNotFoundError:
         return Finding(name, False, "missing: run `make setup`")
+    wrong = [why for module in modules_of(name) if (why := lacking(module, Package(name)))]
+    return Finding(name, not wrong, "; ".join(wrong) or found)
 
 
 def _bus() -> Finding:
@@ -75,30 +77,15 @@ def _physics() -> Finding:
     return Finding("physics", True, "PyBullet starts")
 
 
-def _mujoco() -> Finding:
-    try:
-        check_installed(MUJOCO)
-    except VrgError as error:
-        return Finding("mujoco", False, str(error))
-    return Finding("mujoco", True, "the module is that of mujoco-core")
-
-
 def _display() -> Finding:
-    shown = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
-    table = "matches are shown as a table in the terminal"
-    if not shown:
-        return Finding("display", None, f"none: {table}")
-    if find_spec("pygame") is None:
-        return Finding("display", None, f"{shown}; pygame, which draws windows, is not installed: {table}")
-    from vrg.ui.window.window import display_available  # without a display the window library is not loaded
-
-    dead = "" if display_available() else f" is set, but no screen answers there: {table}"
-    return Finding("display", None, f"{shown}{dead}")
+    shown = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY") or "none"
+    why = no_window()
+    return Finding("display", None, f"{shown}; matches are shown as a table in the terminal: {why}" if why else shown)
 
 
 def _gamepads() -> Finding:
-    if find_spec("pygame") is None:
-        return Finding("gamepads", None, "pygame, which sees them, is not installed")
+    if why := lacking("pygame"):
+        return Finding("gamepads", None, why)
     from vrg.ui.window.pads import connected  # without it the window library is not loaded
 
     return Finding("gamepads", None, "; ".join(connected()) or "none")
@@ -172,7 +159,6 @@ def doctor(
         _python,
         _bus,
         _physics,
-        _mujoco,
         _can,
         _display,
         _gamepads,

@@ -148,6 +148,7 @@ def command_of(name: str) -> Callable[..., None]:
     if name == "drives":
         return load_object("vrg.commands.drives:drives")  # type: ignore[no-any-return]
     kind = KINDS.get(name)
+    kind.check_needs()
 
     def unnamed(on: NodeOptions) -> None:
         _serve(kind, on)

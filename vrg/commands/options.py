@@ -5,7 +5,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -168,6 +167,16 @@ def exit_if_interrupted(stop: Stop) -> None:
         raise typer.Exit(130)
 
 
+def exit_if_stopped(stop: Stop) -> None:
+    """End a command that finds something out, and has not, with the status of a program that the signal has ended.
+
+    Raises:
+        typer.Exit: a signal has stopped it, such as SIGTERM.
+    """
+    if stop.signal is not None:
+        raise typer.Exit(128 + stop.signal)
+
+
 def echo(text: str, *, err: bool = False) -> None:
     """Print a text that may hold words from files of others: these steer no terminal."""
     typer.echo(printable(text, lines=True), err=err)
@@ -211,30 +220,31 @@ def print_table(console: "Console", heads: Sequence[str], rows: Sequence[Sequenc
     console.print(table)
 
 
-def has_display() -> bool:
-    """True if a window can be opened."""
-    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        return False
-    if find_spec("pygame") is None:
-        return False
-    from vrg.ui.window.window import display_available  # without a display the window library is not loaded
+def no_window() -> str | None:
+    """Why no window can be opened, and what to do, in words; None if one can."""
+    from vrg.packages import lacking  # few commands open a window
 
-    return display_available()
+    instead = "watch in a browser, with --web or `vrg show web`"
+    screen = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY") or ""
+    if sys.platform == "linux" and not screen:
+        return f"expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY, or {instead}"
+    if why := lacking("pygame"):
+        return f"{why}; or {instead}"
+    try:
+        from vrg.ui.window.window import display_available  # without a screen the window library is not loaded
+    except ImportError as error:
+        return f"pygame, which draws windows, cannot be imported: {error}: install it anew, or {instead}"
+    return None if display_available() else f"no screen answers{screen and f' at {screen}'}: {instead}"
 
 
 def need_display() -> None:
     """Make sure that a window can be opened.
 
     Raises:
-        LaunchError: no screen answers, or pygame is not installed.
+        LaunchError: it cannot.
     """
-    if find_spec("pygame") is None:
-        raise LaunchError(
-            "pygame, which draws windows, is not installed (it has no wheels for Python 3.14): "
-            "watch in a browser, with --web or `vrg show web`"
-        )
-    if not has_display():
-        raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")
+    if why := no_window():
+        raise LaunchError(why)
 
 
 def web_address(typed: str | None) -> tuple[str, int | None]:

@@ -7,7 +7,6 @@ import socket
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +29,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
 from vrg.kinds import WEB
 from vrg.launch.first_state import first_state
-from vrg.modules import missing
+from vrg.packages import lacking
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.credentials import is_official
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
@@ -155,8 +154,8 @@ def serve_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None,
 
 
 def _need_server() -> None:
-    if find_spec("aiohttp") is None:
-        raise LaunchError(missing("aiohttp"))
+    if why := lacking("aiohttp"):
+        raise LaunchError(why)
 
 
 def encrypted(page: Admission, named: str = "") -> Admission:

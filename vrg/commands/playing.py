@@ -7,7 +7,7 @@ from rich.console import Console
 
 from vrg.bus.messages import DISQUALIFIED
 from vrg.commands.groups import PlayOptions
-from vrg.commands.options import has_display
+from vrg.commands.options import no_window
 from vrg.commands.page import open_page, page_of, print_links
 from vrg.commands.plan import print_plan
 from vrg.config.loading import load_match, match_path
@@ -50,7 +50,9 @@ def play_match(
     if options.here or options.in_process:
         setup = setup.all_here()
     console = Console(highlight=False, emoji=False)
-    window = not options.headless and (SPECTATOR.process in setup.place or has_display())
+    here = not options.headless and SPECTATOR.process not in setup.place
+    why_none = no_window() if here else None
+    window = not options.headless and why_none is None
     if window:
         window_of(setup)  # that of a package that is missing here is refused before anything is started
     if options.dry_run:
@@ -64,6 +66,8 @@ def play_match(
     )  # fmt: skip
     setup = prepare(setup, way)
     show = _shown(setup, options, console, way, window=window)
+    if why_none is not None and (way.paced or not way.steps):
+        show.announce(f"no window: {why_none}")
     show.announce(*sealing(setup, seats=way.secured, in_process=options.in_process))
     show.announce(*undriven(setup, show.served))
     folder = new_run(setup, options.runs, show)

@@ -1,6 +1,7 @@
 """Foxglove on the command line: its kind of process, the place that it is given, and what is started by hand."""
 
 import socket
+import sys
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,16 @@ def test_it_is_a_kind_of_process_with_the_seats_of_a_window() -> None:
     assert KIND.pulse == SPECTATOR.name
     assert load_object(KIND.opens) is open_foxglove
     assert callable(load_object(KIND.node))
+
+
+def test_without_what_shows_it_that_is_told_with_what_installs_it(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    done = vrg("play", "sharks-and-minnows", "--headless", "--foxglove")
+    assert done.status == 1
+    said = (
+        "foxglove cannot be shown: the package foxglove is not installed, and this needs it: pip install 'vrg-foxglove'"
+    )
+    assert said in done.err
 
 
 def test_in_a_match_it_is_one_process_which_may_die(tmp_path: Path) -> None:

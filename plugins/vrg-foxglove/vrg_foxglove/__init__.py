@@ -3,6 +3,7 @@
 from typing import Final
 
 from vrg.kinds import Kind
+from vrg.packages import Package
 from vrg.seats.seat import SeatKind
 
 KIND: Final = Kind(
@@ -15,5 +16,6 @@ KIND: Final = Kind(
     shown="foxglove",
     views=True,
     opens="vrg_foxglove.command:open_foxglove",
+    needs={"foxglove": Package("vrg-foxglove", ("foxglove-sdk",))},
 )
 """The process to which Foxglove connects."""

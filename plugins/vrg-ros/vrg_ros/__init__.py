@@ -3,6 +3,7 @@
 from typing import Final
 
 from vrg.kinds import Kind
+from vrg.packages import Package
 from vrg.seats.seat import SeatKind
 
 DRIVEN: Final = "ros"
@@ -18,6 +19,7 @@ KIND: Final = Kind(
     command="vrg_ros.command:ros",
     shown="ros",
     opens="vrg_ros.command:open_ros",
+    needs={"xxhash": Package("vrg-ros", ("xxhash",))},
     drives=DRIVEN,
     views=True,
 )

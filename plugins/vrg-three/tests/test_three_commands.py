@@ -1,6 +1,7 @@
 """The view in three dimensions on the command line, and in a match of real processes."""
 
 import re
+import sys
 from importlib.metadata import version
 from pathlib import Path
 
@@ -38,6 +39,14 @@ def test_the_command_line_has_it_all(vrg: Vrg) -> None:
     done = vrg("play", "sharks-and-minnows", "--in-process", "--3d")
     assert done.status == 2
     assert "--3d needs the bus" in done.err
+
+
+def test_without_what_shows_it_that_is_told_with_what_installs_it(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    done = vrg("play", "sharks-and-minnows", "--headless", "--3d")
+    assert done.status == 1
+    said = "3d cannot be shown: the package viser is not installed, and this needs it: pip install 'vrg-three'"
+    assert said in done.err
 
 
 def test_a_recorded_match_is_shown(vrg: Vrg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

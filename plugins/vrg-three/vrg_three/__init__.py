@@ -3,6 +3,7 @@
 from typing import Final
 
 from vrg.kinds import Kind
+from vrg.packages import Package
 from vrg.seats.seat import SeatKind
 
 KIND: Final = Kind(
@@ -15,6 +16,7 @@ KIND: Final = Kind(
     node="vrg_three.node:three",
     shown="3d",
     opens="vrg_three.command:open_three",
+    needs={"viser": Package("vrg-three", ("viser",))},
     replays="vrg_three.command:show_replay",
     views=True,
 )

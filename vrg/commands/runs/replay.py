@@ -22,8 +22,8 @@ from vrg.commands.options import (
     SealedOption,
     ThreeOption,
     echo,
-    has_display,
     need_display,
+    no_window,
 )
 from vrg.errors import LaunchError
 from vrg.kinds import kind_shown
@@ -75,7 +75,10 @@ def replay(
         if at is None:
             raise LaunchError("--play, --set: expected --at too, such as `--at 1:20 --play ann=mine.py:Mine`")
         folder = _take_up(folder, at, play or [], settings or [], runs, sandbox=sandbox, as_json=as_json)
-        if as_json or (kind is None and not has_display()):
+        if as_json:
+            return
+        if kind is None and (why := no_window()):
+            echo(f"no window: {why}", err=True)
             return
     need_shown(folder)
     if as_json:

@@ -3,16 +3,13 @@
 The object of such an entry point is a subclass of `Engine` that is constructed from a map.
 """
 
-import base64
-import hashlib
 import platform
-from importlib.metadata import PackageNotFoundError, distribution, distributions
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Final
 
 from vrg.errors import ConfigError
 from vrg.hal.sim.engines.engine import Engine
+from vrg.packages import lacking
 from vrg.registry import Registry, subclass_of
 
 ENGINES: Registry[type[Engine]] = Registry(
@@ -33,7 +30,6 @@ BULLET: Final = "pybullet"
 """The engine of a match that names none, where it can be had."""
 MUJOCO: Final = "mujoco"
 """That of such a match elsewhere."""
-_MUJOCO_FILE: Final = "mujoco/__init__.py"
 _PACKAGES: Final = (BULLET, MUJOCO)
 """The engines that need the package of their name, in the order in which they are preferred."""
 
@@ -49,7 +45,8 @@ def default_engine() -> str:
 
 
 def check_installed(engine: str) -> None:
-    """Check that the package of an engine is installed, or that another package's engine can be imported.
+    """Check that the package of an engine is installed, and that its module is found in place of any other of its name.
+    Of another package's engine check that it can be imported.
 
     Raises:
         ConfigError: it is not, or cannot.
@@ -65,37 +62,5 @@ def check_installed(engine: str) -> None:
             f"engine {engine}: the package of that name is not installed{why}: choose another engine by "
             f"--engine {default_engine()}, or {how}"
         )
-    if engine == MUJOCO:
-        _check_mujoco()
-
-
-def _check_mujoco() -> None:
-    """Check that the module `mujoco` is that of mujoco-core: other packages bring one, too, and pip lets them.
-
-    Raises:
-        ConfigError: it is not.
-    """
-    spec = find_spec(MUJOCO)
-    try:
-        own = distribution("mujoco-core")
-    except PackageNotFoundError:
-        raise ConfigError(
-            f"engine {MUJOCO}: expected the module mujoco of mujoco-core, found that of another package, which plays "
-            "another game: uninstall that, and run `pip install mujoco-core`"
-        ) from None
-    files = [file for file in own.files or () if file.as_posix() == _MUJOCO_FILE and file.hash is not None]
-    assert spec is not None
-    digest = hashlib.sha256(Path(spec.origin or "").read_bytes()).digest()
-    value = base64.urlsafe_b64encode(digest).decode().rstrip("=")
-    if all(file.hash is None or file.hash.value == value for file in files):
-        return
-    others = " and ".join(
-        f"{one.name} {one.version}" for one in distributions()
-        if one.version != own.version and _MUJOCO_FILE in map(str, one.files or ())
-    )  # fmt: skip
-    if not others:
-        return
-    raise ConfigError(
-        f"engine {MUJOCO}: expected the module mujoco of {own.name} {own.version}, found that of {others}, which plays "
-        f"another game: uninstall that, and run `pip install --force-reinstall {own.name}=={own.version}`"
-    )
+    if engine in _PACKAGES and (problem := lacking(engine)):
+        raise ConfigError(f"engine {engine}: {problem}")

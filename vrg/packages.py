@@ -1,0 +1,120 @@
+"""Packages of others of which VRG imports a module: whether it is there, and whether it is theirs.
+
+Several packages may bring a module of the same name, and a file of that name beside a program hides it.
+"""
+
+import contextlib
+import os
+from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
+
+
+class Package(NamedTuple):
+    """A package that brings a module.
+
+    Args:
+        install: what `pip install` is given to get it.
+        names: those of the packages that may bring the module; empty for `install` alone.
+    """
+
+    install: str
+    names: tuple[str, ...] = ()
+
+
+PACKAGES: Final[Mapping[str, Package]] = {
+    "aiohttp": Package("vrg[web]", ("aiohttp",)),
+    "mujoco": Package("mujoco-core"),
+    "pyarrow": Package("vrg[tables]", ("pyarrow",)),
+    "pybullet": Package("pybullet"),
+    "pygame": Package("pygame", ("pygame", "pygame-ce")),
+    "segno": Package("vrg[web]", ("segno",)),
+}
+"""The packages that are not always installed, or whose module others bring, too, by the name of the module."""
+
+
+def lacking(module: str, package: Package | None = None) -> str | None:
+    """Why a module cannot be used, and what to do, in words; None if it can. It is not imported.
+
+    Args:
+        module: its name. package: what brings it; that of PACKAGES if it is None.
+    """
+    from importlib.metadata import distributions  # noqa: PLC0415 - slow to load
+
+    install, names = package or PACKAGES[module]
+    names = names or (install,)
+    spec = find_spec(module)
+    if spec is None:
+        return f"the package {module} is not installed, and this needs it: pip install '{install}'"
+    folders = spec.submodule_search_locations or ()
+    place = Path(spec.origin if spec.origin and spec.has_location else next(iter(folders), module))
+    able = _installed(names)
+    if any(_brings(one, place) for one in able):
+        return None
+    own = {one.name for one in able}
+    others = [one for one in distributions() if one.name not in own and _hash_in(one, place) is not None]
+    if not others and any(_hash_in(one, place) is not None for one in able):
+        return None  # somebody has changed the file itself
+    expected = f"{able[0].name} {able[0].version}" if able else names[0]
+    if not others:
+        return f"expected the module {module} of {expected}, found {place}: rename that, and `pip install '{install}'`"
+    found = " and ".join(dict.fromkeys(f"{one.name} {one.version}" for one in others))
+    version = f"=={able[0].version}" if install in own else ""
+    return (
+        f"expected the module {module} of {expected}, found that of {found}, {place}: uninstall that, and run "
+        f"`pip install --force-reinstall '{install}{version}'`"
+    )
+
+
+def modules_of(name: str) -> list[str]:
+    """The modules that an installed package brings for others to import, as far as it tells."""
+    from importlib.metadata import distribution  # noqa: PLC0415 - as above
+
+    files = [line.partition(",")[0].split("/") for line in (distribution(name).read_text("RECORD") or "").splitlines()]
+    found = {file[0] for file in files if file[1:] == ["__init__.py"]}
+    found |= {file[0].partition(".")[0] for file in files if file[0].endswith((".py", ".so", ".pyd"))}
+    own = name.replace("-", "_")
+    return [own] if own in found else sorted(found - {"docs", "examples", "test", "tests"})
+
+
+def _installed(names: Iterable[str]) -> "list[Distribution]":
+    """Those of some packages that are installed."""
+    from importlib.metadata import PackageNotFoundError, distribution  # noqa: PLC0415 - as above
+
+    found = []
+    for name in names:
+        with contextlib.suppress(PackageNotFoundError):
+            found.append(distribution(name))
+    return found
+
+
+def _brings(one: "Distribution", file: Path) -> bool:
+    """True if an installed package has brought a file as it is, or does not tell its files."""
+    if one.read_text("RECORD") is None or '"editable": true' in (one.read_text("direct_url.json") or ""):
+        return True
+    known = _hash_in(one, file)
+    # Of what is compiled, which may have a hundred megabytes, the place is enough.
+    return known is not None and (file.suffix != ".py" or known in ("", _hash_of(file)))
+
+
+def _hash_in(one: "Distribution", file: Path) -> str | None:
+    """The hash of a file in the list of an installed package; empty if it has none, None if the file is not listed."""
+    place = os.path.relpath(file.resolve(), Path(str(one.locate_file(""))).resolve())
+    _, listed, rest = f"\n{one.read_text('RECORD')}".partition(f"\n{Path(place).as_posix()},")
+    return rest.partition(",")[0] if listed else None
+
+
+def _hash_of(file: Path) -> str:
+    """The hash of a file as packages list it; empty if it cannot be read."""
+    import base64  # noqa: PLC0415 - as above
+    import hashlib  # noqa: PLC0415 - as above
+
+    try:
+        digest = hashlib.sha256(file.read_bytes()).digest()
+    except OSError:
+        return ""
+    return f"sha256={base64.urlsafe_b64encode(digest).decode().rstrip('=')}"
