@@ -272,9 +272,9 @@ BUDGETS = {
     "localisation": 540,
     "hal/can/workshop": 1_070,  # with what is no drive, and what is sent to none
     "coordinator": 2_030,
-    "runs": 1_745,  # with what a replay shows and takes up, what differs between runs, and what robots were like
+    "runs": 1_760,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
-    "shared values": 1_780,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
+    "shared values": 1_790,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
     "testing": 1_165,  # with what a simulated CAN bus shares, seeded matches and leaps that try rules, an audience
     "agents": 1_390,
     "recording": 1_155,  # with what a file of MCAP cannot hold

@@ -6,6 +6,7 @@ from typing import Final, Literal, get_args
 
 from rich.console import Console
 
+from vrg.bus.stopping import StopSignal
 from vrg.config.loading import check_match, check_strategies, load_match, match_path
 from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
@@ -35,8 +36,9 @@ def play(
     record: bool = True,
     sandbox: bool | None = None,
     runs: str | Path = "runs",
+    stop: StopSignal | None = None,
 ) -> Run:
-    """Play a match to its end.
+    """Play a match to its end, in any thread.
 
     Args:
         match: a match file, or the name of a game.
@@ -50,11 +52,13 @@ def play(
         record: record the match; without it a run has no tracks and no plot.
         sandbox: whether strategies that are files are sealed in their processes; None for the match's own choice.
         runs: the folder for the run folder.
+        stop: what breaks the match off when it is set, such as a `threading.Event`. The run then has what was played.
 
     Raises:
         ConfigError: the match file or the options have problems.
         LaunchError: a process does not start, or dies too often; what was played until then is in the run folder.
-        KeyboardInterrupt: the match was broken off by Ctrl-C; its processes have ended, and the run is kept.
+        KeyboardInterrupt: the match was broken off by Ctrl-C, which only the main thread hears; its processes have
+            ended, and the run is kept.
     """
     if how not in HOW:
         raise ConfigError([f"how: expected one of {', '.join(HOW)}, got {how!r}"])
@@ -76,8 +80,8 @@ def play(
     show = Show(Console(quiet=True), window=False, record=record)
     folder = new_run(setup, Path(runs), show)
     with fork_server(wanted=how != "in process") as server:
-        played = play_setup(setup, folder, show, server, way)
-    if played.interrupted and not played.over:
+        played = play_setup(setup, folder, show, server, way, stop)
+    if played.interrupted and not played.over and not (stop is not None and stop.is_set()):
         raise KeyboardInterrupt(f"the run is kept in {folder.path}")
     return Run(folder.path)
 

@@ -8,6 +8,7 @@ import select
 import signal
 import socket
 import stat
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,7 +20,7 @@ from vrg.system import POSIX
 log = logging.getLogger(__name__)
 
 _LOOK = 0.1
-"""The real time in s after which a signal is handled on Windows."""
+"""The real time in s after which a signal is handled on Windows, and after which another StopSignal is looked at."""
 
 
 class StopSignal(Protocol):
@@ -37,11 +38,14 @@ class Stop:
 
     A handler interrupts the main thread at any point. If the main thread is just then inside a `threading.Event`'s own
     `wait`, setting that event in the handler deadlocks. A socket has no lock, so it can always be written to.
+
+    Args:
+        also: another StopSignal, which stops this one, too.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, also: StopSignal | None = None) -> None:
         self.signal: int | None = None
-        self._set = False
+        self._set, self._also = False, also
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
 
@@ -54,17 +58,16 @@ class Stop:
 
     def is_set(self) -> bool:
         """True if it is time to stop."""
-        return self._set
+        return self._set or (self._also is not None and self._also.is_set())
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait at most `timeout` seconds of real time until it is time to stop; return whether it is."""
-        if POSIX and not self._set:
-            select.select([self._reader], [], [], timeout)
+        # On Windows a signal does not end a wait; it is handled between two.
+        longest = _LOOK if self._also is not None or not POSIX else math.inf
         deadline = time.monotonic() + (math.inf if timeout is None else timeout)
-        while not POSIX and not self._set and (left := deadline - time.monotonic()) > 0.0:
-            # A signal does not end a wait there; it is handled between two.
-            select.select([self._reader], [], [], min(left, _LOOK))
-        return self._set
+        while not self.is_set() and (left := min(longest, deadline - time.monotonic())) > 0.0:
+            select.select([self._reader], [], [], None if left == math.inf else left)
+        return self.is_set()
 
     @property
     def interrupted(self) -> bool:
@@ -73,13 +76,20 @@ class Stop:
 
 
 @contextmanager
-def stop_on_signals() -> Iterator[Stop]:
+def stop_on_signals(also: StopSignal | None = None) -> Iterator[Stop]:
     """A Stop that SIGINT, SIGTERM and, but on Windows, SIGHUP set. The former handlers are put back at the end.
 
-    SIGHUP comes when the terminal is closed. What is written to it from then on is lost, and is no error. A process
-    that was started to outlive its terminal, as by nohup, ignores it.
+    Python lets only the main thread hear signals; in another thread `also` alone stops it. SIGHUP comes when the
+    terminal is closed. What is written to it from then on is lost, and is no error. A process that was started to
+    outlive its terminal, as by nohup, ignores it.
+
+    Args:
+        also: what stops it, too, such as a `threading.Event`.
     """
-    stop = Stop()
+    stop = Stop(also)
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
 
     def handle(number: int, _frame: FrameType | None) -> None:
         if number not in (signal.SIGINT, signal.SIGTERM):

@@ -15,7 +15,7 @@ from rich.markup import escape
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
-from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.bus.stopping import Stop, StopSignal, stop_on_signals
 from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import CheckedMatch, MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
@@ -130,11 +130,14 @@ def new_run(setup: CheckedMatch, runs: Path, show: Show) -> RunFolder:
     return folder
 
 
-def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer, way: Way) -> Outcome:
+def play(
+    setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer, way: Way, also: StopSignal | None = None
+) -> Outcome:
     """Play a match to its end, and write its result and its plot. SIGINT and SIGTERM break it off.
 
     Args:
         setup: as `prepare` returns it. folder: see `new_run`. server: starts its processes.
+        also: what breaks it off besides signals, which only the main thread hears.
 
     Raises:
         ConfigError: the keys that were given are not good for this match.
@@ -147,7 +150,7 @@ def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer,
         shown = True
         _conclude(setup, folder, show, state, failure=None)
 
-    with stop_on_signals() as stop:
+    with stop_on_signals(also) as stop:
         server.stop = stop
         if way.steps:
             setup = setup if way.paced else setup.at_rate(0.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrg.bus.messages import Call
-from vrg.bus.stopping import stop_on_signals
+from vrg.bus.stopping import StopSignal, stop_on_signals
 from vrg.config.setup import MatchSetup, read_setup
 from vrg.coordinator.journal import read_journal
 from vrg.errors import ConfigError, LaunchError, VrgError
@@ -236,6 +236,7 @@ class Run:
         settings: Mapping[str, Any] | None = None,
         runs: str | Path = "runs",
         sandbox: bool = True,
+        stop: StopSignal | None = None,
     ) -> "Run":
         """Take the match up from an instant, with other strategies, rules, radio or noise, and play it to its end.
 
@@ -245,11 +246,12 @@ class Run:
             settings: other values by field of the match file, such as `{"rules.passes": 3}`.
             runs: the folder for the new run folder.
             sandbox: strategies that are files are sealed in processes of their own; False lets them do what you can.
+            stop: what breaks this off when it is set, such as a `threading.Event`. No run is left then.
 
         Raises:
             ConfigError: a player, a strategy or a field does not exist.
-            LaunchError: the match was not played in steps, or cannot be repeated.
-            KeyboardInterrupt: this was broken off.
+            LaunchError: the match was not played in steps, or cannot be repeated, or `stop` has broken this off.
+            KeyboardInterrupt: this was broken off by Ctrl-C, which only the main thread hears.
         """
         from vrg.playing.match import strangers  # noqa: PLC0415 - it loads all that plays a match
         from vrg.runs.branch import play_branch  # noqa: PLC0415 - as above
@@ -261,13 +263,13 @@ class Run:
         if not isinstance(at, int | float):
             raise ConfigError([f"at: expected a match time in s, got {at!r}"])
         changes = changes_at(self.setup, at, players or {}, settings or {})
-        with strangers(self._folder, changes, sandbox=sandbox) as apart, stop_on_signals() as stop:
+        with strangers(self._folder, changes, sandbox=sandbox) as apart, stop_on_signals(stop) as ends:
             try:
                 folder = play_branch(
-                    self._folder, changes, Path(runs), datetime.now(), progress=lambda _: None, stop=stop, apart=apart
+                    self._folder, changes, Path(runs), datetime.now(), progress=lambda _: None, stop=ends, apart=apart
                 )
             except LaunchError:
-                if stop.is_set():
+                if ends.is_set() and not (stop is not None and stop.is_set()):
                     raise KeyboardInterrupt from None
                 raise
         return Run(folder.path)

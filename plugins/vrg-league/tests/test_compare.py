@@ -1,7 +1,9 @@
 """Comparisons as a function: `vrg_league.compare` and what it returns."""
 
 import signal
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
@@ -35,6 +37,22 @@ def test_a_comparison_tells_which_strategy_is_better(here: Path) -> None:
     shown = found._repr_html_()
     assert "<td>sharks-and-minnows wins</td>" in shown
     assert "data:image/png;base64," in shown
+
+
+def test_a_comparison_in_any_thread_is_broken_off_by_an_event(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    count, wanted = Experiment.count, Event()
+
+    def setting(self: Experiment, row: GameRecord) -> None:
+        count(self, row)
+        wanted.set()
+
+    (here / "quick.toml").write_text(MATCH, encoding="utf-8")
+    options: dict[str, Any] = {"match": "quick.toml", "games": 4, "jobs": 1, "sandbox": False, "output": "out"}
+    monkeypatch.setattr(Experiment, "count", setting)
+    with ThreadPoolExecutor(1) as other:
+        found = other.submit(vrg_league.compare, "still.py", "sharks-and-minnows", stop=wanted, **options).result()
+    assert len((found.path / "games.jsonl").read_text().splitlines()) == 1
+    assert found.result == "undecided"
 
 
 def test_an_interrupted_comparison_goes_on_with_its_games(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

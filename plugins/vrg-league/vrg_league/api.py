@@ -3,7 +3,7 @@
 import logging
 from pathlib import Path
 
-from vrg.bus.stopping import stop_on_signals
+from vrg.bus.stopping import StopSignal, stop_on_signals
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg_league.comparison import Comparison
@@ -24,6 +24,7 @@ def compare(
     confidence: float = 0.95,
     sandbox: bool | None = None,
     output: str | Path | None = None,
+    stop: StopSignal | None = None,
 ) -> Comparison:
     """Let two strategies play many games, each seed twice with the sides swapped, until one is shown to be better.
 
@@ -37,11 +38,13 @@ def compare(
         confidence: of the interval, 0.5 to 0.9999.
         sandbox: whether strategies that are files are sealed in their processes; None for the match's own choice.
         output: the folder of the games; None for one in `runs` that belongs to these strategies, match and seed.
+        stop: what breaks it off when it is set, such as a `threading.Event`. What is returned tells of the games that
+            were played.
 
     Raises:
         ConfigError: the match, a strategy or a number cannot be used, or the folder has other games.
         LaunchError: the folder cannot be written, or no game can be played.
-        KeyboardInterrupt: it was broken off by Ctrl-C.
+        KeyboardInterrupt: it was broken off by Ctrl-C, which only the main thread hears.
     """
     for name, number, least in (("games", games, 1), ("seed", seed, 0), ("jobs", 1 if jobs is None else jobs, 1)):
         if not isinstance(number, int) or number < least:
@@ -52,15 +55,15 @@ def compare(
     entrants = enter([str(first), str(second)], setup, jobs=jobs, warn=log.warning)
     folder = "compare" if output is None else Path(output)
     with (
-        stop_on_signals() as stop,
+        stop_on_signals(stop) as ends,
         opened(
             setup, entrants, entrants.pairings(), folder, games=games, seed=seed, confidence=confidence
         ) as experiment,
     ):
         if not experiment.over:
-            experiment.run(workers_of(experiment, jobs), stop)
+            experiment.run(workers_of(experiment, jobs), ends)
         found = Comparison(experiment, confidence)
         found.write()
-    if stop.is_set():
+    if ends.is_set() and not (stop is not None and stop.is_set()):
         raise KeyboardInterrupt(f"the games are kept in {found.path}")
     return found

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -224,3 +225,16 @@ def _decide_for_ever(alarm: DecisionAlarm) -> None:
                 time.sleep(0.01)
             except Exception:
                 continue
+
+
+def test_another_thread_than_the_main_one_leaves_memory_and_output_of_the_program_alone() -> None:
+    before = resource.getrlimit(resource.RLIMIT_DATA), sys.stdout
+
+    def decide() -> tuple[object, object]:
+        bounded = Bounded(DecisionAlarm(None), Footprint())
+        bounded.output = BoundedOutput(io.StringIO())
+        with MemoryBound(100), bounded:
+            return resource.getrlimit(resource.RLIMIT_DATA), sys.stdout
+
+    with ThreadPoolExecutor(1) as other:
+        assert other.submit(decide).result() == before

@@ -45,10 +45,16 @@ _ALARM: Final = signal.SIGALRM if POSIX else signal.SIGABRT
 """The signal that lets the main thread look. Windows has none for it; of those that it has nothing else sends this."""
 
 
+def in_main_thread() -> bool:
+    """True if this is the main thread. What bounds code bounds the whole process, and so its other threads."""
+    return threading.current_thread() is threading.main_thread()
+
+
 class MemoryBound:
     """Lets this process get so much more memory than it has, and not more; who asks for it gets a MemoryError.
 
-    A context manager. macOS accepts the bound and does not keep it; on Windows there is none.
+    A context manager. macOS accepts the bound and does not keep it; on Windows, and in another thread than the main
+    one, there is none.
 
     Args:
         megabytes: so much more.
@@ -56,7 +62,8 @@ class MemoryBound:
 
     def __init__(self, megabytes: int) -> None:
         self._more = megabytes * 1_000_000
-        self._before = resource.getrlimit(resource.RLIMIT_DATA) if POSIX else (0, 0)
+        self._works = POSIX and in_main_thread()
+        self._before = resource.getrlimit(resource.RLIMIT_DATA) if self._works else (0, 0)
 
     def __enter__(self) -> "MemoryBound":
         self.begin()
@@ -67,7 +74,7 @@ class MemoryBound:
 
     def begin(self) -> None:
         """Bound it from now on, by what the process has now."""
-        if not POSIX:
+        if not self._works:
             return
         _, hard = self._before
         wanted = getattr(psutil.Process().memory_info(), "data", 0) + self._more
@@ -76,7 +83,7 @@ class MemoryBound:
 
     def lift(self) -> None:
         """Bound it no more. This itself needs no memory."""
-        if POSIX:
+        if self._works:
             resource.setrlimit(resource.RLIMIT_DATA, self._before)
 
 
@@ -153,7 +160,7 @@ class DecisionAlarm:
         self._over = threading.Event()
         self._before: object = None
         self._timer = 0.0, 0.0
-        self._works = threading.current_thread() is threading.main_thread()
+        self._works = in_main_thread()
 
     def __enter__(self) -> "DecisionAlarm":
         if self._works:
@@ -281,25 +288,27 @@ class Bounded:
         alarm: ends it when it takes too long. footprint: what it leaves behind.
 
     Attributes:
-        output: what it prints goes there; None lets it print.
+        output: what it prints goes there; None lets it print, and so does another thread than the main one.
     """
 
     def __init__(self, alarm: DecisionAlarm, footprint: Footprint) -> None:
         self._alarm = alarm
         self._footprint = footprint
         self.output: BoundedOutput | None = None
+        self._caught = in_main_thread()
         self._before = sys.stdout, sys.stderr
 
     def __enter__(self) -> None:
         self._before = sys.stdout, sys.stderr
-        if self.output is not None:
+        if self.output is not None and self._caught:
             sys.stdout = sys.stderr = self.output
         self._footprint.begin()
         self._alarm.begin()
 
     def __exit__(self, *_: object) -> None:
         self._alarm.end()
-        sys.stdout, sys.stderr = self._before
+        if self._caught:
+            sys.stdout, sys.stderr = self._before
         self._footprint.end()
 
     def close(self) -> None:
