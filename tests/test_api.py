@@ -3,7 +3,9 @@
 import json
 import signal
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -87,6 +89,28 @@ def test_another_strategy_plays_and_the_run_folder_has_it(here: Path) -> None:
     assert np.array_equal(again.tracks["ann"].x, run.tracks["ann"].x)
 
 
+MOVES = STILL.replace("from vrg", "from speed import SPEED\nfrom vrg").replace("Twist(0.0,", "Twist(SPEED,")
+
+
+def test_what_was_edited_since_the_last_match_plays(here: Path) -> None:
+    (here / "moves.py").write_text(MOVES, encoding="utf-8")
+    moved = []
+    for speed in ("0.0", "0.7", "0.0"):
+        (here / "speed.py").write_text(f"SPEED = {speed}\n", encoding="utf-8")
+        moved.append(bool(vrg.play("tiny.toml", {"ann": "moves.py"}, seed=3).tracks["ann"].x.std() > 0.2))
+    assert moved == [False, True, False]
+
+
+@pytest.mark.parametrize("how", ["in process", "lockstep"])
+def test_a_match_is_played_in_any_thread(here: Path, how: Any) -> None:
+    with ThreadPoolExecutor(1) as other:
+        run = other.submit(vrg.play, "tiny.toml", how=how).result()
+        assert run.winner in ("sharks", "minnows")
+        assert not other.submit(vrg.judge, run).result().disagreements
+        again = other.submit(run.branch, 2.0, settings={"rules.passes": 2}, sandbox=False).result()
+    assert again.path != run.path
+
+
 def test_in_lockstep_a_match_is_the_same(here: Path) -> None:
     journals = [
         (vrg.play("tiny.toml", how=how, record=False).path / "journal.jsonl").read_bytes()
@@ -128,6 +152,25 @@ def test_an_interrupted_match_keeps_its_run(here: Path, monkeypatch: pytest.Monk
         vrg.play("tiny.toml")
     (folder,) = (here / "runs").iterdir()
     assert vrg.Run(folder).conclusion.startswith("Interrupted")
+
+
+def test_a_match_in_a_thread_is_broken_off_by_an_event(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wanted = Event()
+
+    def setting(stop: StopSignal, _rate: float) -> Callable[[float], bool]:
+        def wait(time: float) -> bool:
+            if time > 1.0:
+                wanted.set()
+            return not stop.is_set()
+
+        return wait
+
+    monkeypatch.setattr("vrg.playing.match._pace", setting)
+    with ThreadPoolExecutor(1) as other:
+        run = other.submit(vrg.play, "tiny.toml", stop=wanted).result()
+        assert run.conclusion.startswith("Interrupted")
+        with pytest.raises(LaunchError, match="broken off"):
+            other.submit(run.branch, 0.5, settings={"rules.passes": 2}, sandbox=False, stop=wanted).result()
 
 
 def test_a_folder_without_a_run_is_refused(here: Path) -> None:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 MOST_SOURCE: Final = 1_000_000
 """The number of bytes that a Python file may have whose text is looked at."""
+DECLARED: Final = "FILES"
+"""The name of the list at the top of a module in which it names the files beside it that it reads."""
 STANDARD_ERROR: Final = 2
 """The file descriptor of the standard error stream."""
 

@@ -4,18 +4,29 @@ import hashlib
 import importlib
 import importlib.util
 import sys
-from collections.abc import Iterable
+import threading
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from importlib.util import cache_from_source
 from pathlib import Path
 from types import ModuleType
+from typing import Final
 
 from vrg.blame import failure_of
 from vrg.errors import ConfigError
+from vrg.modules import DECLARED
+from vrg.registry import plugin_packages
+
+_OWN: Final = "vrg_strategy_"
+"""How the name begins under which the file of a strategy is imported."""
 
 
 def import_object(target: str, base: Path) -> object:
     """Import `module:Class`, or `file.py:Class` with the file relative to `base`.
 
-    A module may also be a file in `base`. Installed modules are found first.
+    A module may also be a file in `base`. Installed modules are found first. The files are read as they are now: if one
+    in the folder of the target, or one that a module there names in `FILES`, has changed, all there are imported anew.
 
     Raises:
         ConfigError: there is no such object, or its import fails; the message has the reason.
@@ -29,11 +40,10 @@ def import_object(target: str, base: Path) -> object:
         how = "save the notebook as a Python file" if module_name.endswith(".ipynb") else "rename it"
         raise ConfigError(f"{target}: expected a file whose name ends in .py, got {Path(module_name).name!r}: {how}")
     try:
-        if module_name.endswith(".py"):
-            module = _import_file((base / module_name).resolve())
-        else:
-            _append_path(base.resolve())
-            module = importlib.import_module(module_name)
+        path = (base / module_name).resolve()
+        folder = path.parent if module_name.endswith(".py") else base.resolve()
+        with _as_it_is(folder), _apart(folder):
+            module = _import_file(path) if module_name.endswith(".py") else importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
         raise ConfigError(f"{target}: cannot be imported: {failure_of(error)}") from error
     if not hasattr(module, name):
@@ -47,27 +57,14 @@ def import_object(target: str, base: Path) -> object:
 def _import_file(path: Path) -> ModuleType:
     """Import a file under a name of its own, so that a student's `queue.py` does not replace the library's module.
 
-    The file can import the modules beside it. At its top it gets its own also where those beside another strategy have
-    the same names. Installed modules are found first.
+    The file can import the modules beside it.
     """
-    name = f"vrg_strategy_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
+    name = f"{_OWN}{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is no Python file")
-    others = [folder for folder in sys.path if folder in _folders and folder != str(path.parent)]
-    # Modules of these folders, which this file would get in place of those beside it.
-    aside = {
-        known: module
-        for known, module in sys.modules.items()
-        if _is_in(path.parent, known.partition(".")[0]) and _is_from(others, module)
-    }
-    for known in aside:
-        del sys.modules[known]
-    _append_path(path.parent)
-    whole = sys.path[:]
-    sys.path[:] = [folder for folder in whole if folder not in others] + others
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
@@ -75,10 +72,30 @@ def _import_file(path: Path) -> ModuleType:
     except BaseException:
         del sys.modules[name]
         raise
+    return module
+
+
+@contextmanager
+def _apart(folder: Path) -> Iterator[None]:
+    """Import modules of a folder also where those of another folder have the same names. Installed ones come first."""
+    others = [other for other in sys.path if other in _folders and other != str(folder)]
+    aside = {
+        known: module
+        for known, module in sys.modules.items()
+        if _is_in(folder, known.partition(".")[0]) and _is_from(others, module)
+    }
+    for known in aside:
+        del sys.modules[known]
+    if str(folder) not in sys.path:
+        _folders.add(str(folder))
+        sys.path.append(str(folder))
+    whole = sys.path[:]
+    sys.path[:] = [other for other in whole if other not in others] + others
+    try:
+        yield
     finally:
         sys.modules.update(aside)
-        sys.path[:] = whole + [folder for folder in sys.path if folder not in whole]
-    return module
+        sys.path[:] = whole + [other for other in sys.path if other not in whole]
 
 
 def _is_in(folder: Path, module: str) -> bool:
@@ -94,8 +111,57 @@ _folders: set[str] = set()
 """The folders of strategies on the import path."""
 
 
-def _append_path(folder: Path) -> None:
-    """Append a folder to the import path. It comes last, so that a student's `random.py` hides no installed module."""
-    if str(folder) not in sys.path:
-        _folders.add(str(folder))
-        sys.path.append(str(folder))
+_lock: Final = threading.RLock()
+_known: Final[dict[Path, dict[Path, object]]] = {}
+"""By folder: how its files were when they were read; see `_state`."""
+
+
+@contextmanager
+def _as_it_is(folder: Path) -> Iterator[None]:
+    """Import from a folder as its files are now, and not as they were at an earlier import."""
+    with _lock:
+        if folder in _known and _known[folder] != _state(folder, float("inf")):
+            for name, file in _modules(folder).items():
+                del sys.modules[name]
+                with suppress(OSError, NotImplementedError):
+                    # Python tells what it keeps of a file from an edit of the same second by the length alone.
+                    Path(cache_from_source(str(file))).unlink()
+        importlib.invalidate_caches()
+        began = time.time()
+        try:
+            yield
+        finally:
+            _known[folder] = _state(folder, began)
+
+
+def _modules(folder: Path) -> dict[str, Path]:
+    """The files of the modules that come from a folder, by the names under which they were imported.
+
+    A folder of a project may hold an environment: what lies deeper than its own modules and packages is not meant.
+    """
+    others, found = {"__main__", "vrg", *plugin_packages()}, {}
+    for name, module in list(sys.modules.items()):
+        top, file = name.partition(".")[0], Path(getattr(module, "__file__", None) or "")
+        if top in others or not file.is_relative_to(folder):
+            continue
+        if name.startswith(_OWN) or file.relative_to(folder).parts[0] in (top, f"{top}.py"):
+            found[name] = file
+    return found
+
+
+def _state(folder: Path, began: float) -> dict[Path, object]:
+    """What changes when a file is edited that is imported from a folder, or that a module there names in `FILES`.
+
+    Args:
+        began: when the files began to be read, s of wall time; of one that is newer nobody knows which one was read.
+    """
+    found: dict[Path, object] = {folder: {file.name for file in folder.glob("*.py")}}
+    for name, file in _modules(folder).items():
+        with suppress(OSError):
+            found[file] = file.read_bytes() if file.stat().st_mtime <= began else None
+        names = getattr(sys.modules.get(name), DECLARED, ())
+        for data in names if isinstance(names, list | tuple) else ():
+            with suppress(OSError, TypeError):
+                stat = (folder / data).stat()  # it may be too large to be read each time
+                found[folder / data] = stat.st_mtime_ns, stat.st_size, stat.st_ino
+    return found

@@ -6,14 +6,12 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from vrg.files import TEXT_LIMIT, read_bytes
-from vrg.modules import module_in
+from vrg.modules import DECLARED, module_in
 from vrg.system import POSIX
 
 if POSIX:
     import pwd
 
-DECLARED = "FILES"
-"""The name of the list at the top of a module in which it names the files beside it that it reads."""
 _NEVER = (".toml", ".key", ".crt", ".pem")
 """The endings of files that hold what is not for a strategy: match files and keys."""
 

@@ -147,3 +147,17 @@ def test_a_strategy_that_cannot_be_imported_is_told_and_harms_nobody(tmp_path: P
     assert "expected the name of a class in wrong.py (Other), got 'Mine'" in wrong.text
     [missing] = CHECK(draft.set(("players", 1, "strategy"), "none.py:Mine")).problems
     assert "no such file" in missing.text
+
+
+def test_a_module_beside_a_strategy_that_was_edited_is_checked_anew(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "from helper import SPEED\nfrom vrg.agents import Strategy, Twist\n\n\nclass Mine(Strategy):\n"
+        "    def act(self, view):\n        return Twist(SPEED, 0.0)\n"
+    )
+    (tmp_path / "helper.py").write_text("SPEED = 1\n")
+    check = DraftCheck()
+    draft = Draft.of_game("sharks-and-minnows", tmp_path).set(("players", 1, "strategy"), "mine.py:Mine")
+    assert check(draft).problems == ()
+    (tmp_path / "helper.py").write_text("SPEED = 1 / 0\n")
+    [problem] = check(draft).problems
+    assert "division by zero (helper.py, line 1" in problem.text

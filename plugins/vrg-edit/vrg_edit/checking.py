@@ -4,7 +4,6 @@ Strategies that are files or modules are imported once everything else is good.
 """
 
 from dataclasses import dataclass
-from pathlib import Path as FilePath
 from typing import Final
 
 from vrg.bus.messages import Zone
@@ -12,8 +11,9 @@ from vrg.config.loading import check_match, check_strategies
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError, Path, Problem
-from vrg.games import file_of, has_name
+from vrg.games import has_name
 from vrg.hal.sim.map import load_map
+from vrg.launch.code_files import imported, readable_parts
 from vrg.playing.trial import trial
 from vrg.regions import Region
 from vrg.toml_text import without
@@ -75,9 +75,12 @@ class DraftCheck:
 
     def _import_problems(self, setup: CheckedMatch, draft: Draft) -> tuple[Problem, ...]:
         """The faults of the strategies that are files or modules."""
-        own = {(player.number, player.strategy) for player in setup.players if not has_name(player.strategy)}
-        files = {FilePath(setup.base) / (file_of(strategy) or "") for _, strategy in own}
-        key = (own, setup.base, {(file, file.stat().st_mtime_ns) for file in files if file.is_file()})
+        players = [player for player in setup.players if not has_name(player.strategy)]
+        own = {(player.number, player.strategy) for player in players}
+        codes = {setup.strategy_file(player.name) for player in players}
+        needed = {part for code in codes if code for path in (code, *imported(code)) for part in readable_parts(path)}
+        stats = {file: file.stat() for file in needed if file.is_file()}
+        key = (own, setup.base, {(file, stat.st_mtime_ns, stat.st_size) for file, stat in stats.items()})
         if not self._imports or all(strategy.startswith("vrg.") for _, strategy in own):
             return ()
         if self._imported[0] != key:

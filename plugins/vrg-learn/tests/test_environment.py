@@ -367,6 +367,16 @@ def test_an_opponent_that_fails_is_named_with_the_reason(tmp_path: Path) -> None
     env.step(drive(env))
 
 
+def test_an_opponent_whose_file_was_edited_plays_by_it_from_the_next_match_on(tmp_path: Path) -> None:
+    env = opposed(tmp_path)
+    (tmp_path / "failing.py").write_text(FAILING.replace("luck", "duck"), encoding="utf-8")
+    env.reset()
+    for _ in range(6):
+        env.step(drive(env))
+    with pytest.raises(StrategyError, match="out of duck"):
+        env.step(drive(env))
+
+
 def test_an_opponent_in_an_endless_loop_is_named_and_a_timer_of_the_program_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

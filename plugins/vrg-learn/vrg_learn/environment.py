@@ -76,6 +76,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         learners: the players that learn; None for all that are no opponents. Without any, a match plays by itself.
         opponents: strategies of players that do not learn, by the player or by the team: a name such as
             `conservative`, `module:Class` or `file.py:Class`. Without one, such a player plays as the match file says.
+            Each match begins with the files of strategies as they are then.
         engine: the physics engine; None for that of the match. `planar` is the fastest one.
         lasers: False simulates no range finders, which is faster; None for what the match says. Learners see scans in
             pursuit-evasion alone.
