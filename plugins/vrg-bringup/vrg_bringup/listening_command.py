@@ -11,9 +11,10 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Table
 
+from vrg.bus.stopping import stop_on_signals
 from vrg.commands import drives
 from vrg.commands.drives import BusOptions
-from vrg.commands.options import lasting, make_console, stoppable
+from vrg.commands.options import exit_if_stopped, lasting, make_console
 from vrg.hal.can.axis import NEVER
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
@@ -27,15 +28,16 @@ def listening(link: Link) -> Iterator[ListenedBus]:
 
     Raises:
         RobotError: it cannot be opened.
-        typer.Exit: at the end of the context, with status 130, if Ctrl-C was pressed.
+        typer.Exit: at the end of the context, if a signal has stopped it, with the status of `exit_if_stopped`.
     """
-    with stoppable() as stop:
+    with stop_on_signals() as stop:
         bus = ListenedBus(link, drives.medium(), stop)
         bus.start()
         try:
             yield bus
         finally:
             bus.close()
+    exit_if_stopped(stop)
 
 
 def table_of(heard: BusState) -> Group:

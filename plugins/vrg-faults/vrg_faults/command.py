@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.options import exit_if_interrupted
+from vrg.commands.options import exit_if_stopped
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
@@ -65,10 +65,12 @@ def fuzz(
             wrong += bool(found)
             for line in found:
                 typer.echo(line)
-    typer.echo(f"{what}: {done}, from seed {seed} on; in {wrong} something did not hold")
+    begun = "" if done == len(cases) else f" of {len(cases)}, when it was broken off"
+    typer.echo(f"{what}: {done}{begun}, from seed {seed} on; in {wrong} something did not hold")
     if wrong:
         typer.echo(f"To repeat one: {again}")
-    exit_if_interrupted(stop)
+    if done < len(cases):
+        exit_if_stopped(stop)
     if wrong:
         raise typer.Exit(1)
 

@@ -102,16 +102,43 @@ def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Vrg, tmp_
     assert "left out: eve: class/eve.py: expected one class with a method `act`, found none" in done.out
     assert "left out: fay: class/fay.py: cannot be read as Python: " in done.out
     for name in ("old", "pipe"):
-        assert f"left out: {name}: class/{name}.py: no such file" in done.out
-    assert "left out: '\\udce9ve': its name is not in UTF-8" in done.out
+        assert f"left out: {name}: {name}.py: expected a file, found none: put the file itself there" in done.out
+    assert "left out: \\udce9ve: its name is not in UTF-8" in done.out
     assert "left out: z\\x1b[31mz: class/z\\x1b[31mz.py: " in done.out
     assert "at most 2 games of 1 pairing" in done.out
     assert "vrg play 'a cup/matches/" in done.out
     board = html.unescape((tmp_path / "a cup" / "leaderboard.html").read_text())
     assert "<td>Anna Maria</td>" in board
-    assert "left out: dora, eve, fay, old, pipe, z\\x1b[31mz, '\\udce9ve', cem" in board
+    assert "left out: dora, eve, fay, old, pipe, z\\x1b[31mz, \\udce9ve, cem" in board
     assert "refresh" not in board
     assert f"| Anna Maria | {'gül' * 15} | 2 | 0 |" in (tmp_path / "a cup" / "schedule.md").read_text()
+
+
+@pytest.mark.parametrize("options", [(), ("--no-sandbox",)], ids=["sealed", "in one process"])
+def test_an_entry_of_a_folder_sees_its_own_files_alone(vrg: Vrg, tmp_path: Path, options: Sequence[str]) -> None:
+    (tmp_path / "class" / "cem").mkdir(parents=True)
+    for name, code in (
+        ("bob", f"{OWN}return STILL\n"),
+        ("ann", "from bob import Mine as His\n\n\nclass Mine(His): ...\n"),
+        ("dora", f"{OWN}from bob import Mine\n        return STILL\n"),
+        ("eve", f"from cem.ideas import SPEED\n{OWN}return STILL\n"),
+        ("cem/cem", f"from ideas import SPEED\n{OWN}return Twist(SPEED, 0.0)\n"),
+        ("cem/ideas", "SPEED = 0.5\n"),
+    ):
+        (tmp_path / "class" / f"{name}.py").write_text(code)
+    done = vrg("tournament", "class", "--match", "tiny.toml", "--games", "2", "--output", "cup", *options)
+    assert done.status == 0, done.out
+    assert "left out: ann: " in done.out
+    assert "ModuleNotFoundError: No module named 'bob' (ann.py, line 1" in done.out
+    assert "ModuleNotFoundError: No module named 'bob' (dora.py, line 6, in act)" in done.out
+    assert "ModuleNotFoundError: No module named 'cem' (eve.py, line 1" in done.out
+    assert "at most 2 games of 1 pairing" in done.out
+    [match] = (tmp_path / "cup" / "matches").glob("bob.vs.cem")
+    assert {file.name for file in match.rglob("*.py")} == {"bob.py", "cem.py", "ideas.py"}
+    (tmp_path / "class" / "cem" / "ideas.py").write_text("SPEED = 0.6\n")
+    refused = vrg("tournament", "class", "--match", "tiny.toml", "--games", "2", "--output", "cup", *options)
+    assert refused.status == 1
+    assert "cem of cem has changed" in refused.err
 
 
 def test_the_files_of_a_folder_do_not_run_unsealed_unless_that_is_asked_for(

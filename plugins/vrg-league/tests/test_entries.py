@@ -8,8 +8,8 @@ import pytest
 from experiments import OWN
 
 from vrg.runs.run_folder import delete
-from vrg_league.league import entries
-from vrg_league.league.entries import LARGEST, MAX_FILES, Source, entries_in
+from vrg_league import entries
+from vrg_league.entries import LARGEST, MAX_FILES, Source, entries_in
 
 CODE = f"{OWN}return STILL\n"
 

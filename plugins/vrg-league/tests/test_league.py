@@ -4,6 +4,7 @@ import base64
 import gzip
 import os
 import re
+import signal
 import stat
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from vrg_league.games import GameRecord
 from vrg_league.league import folder as league_folder
 from vrg_league.league.folder import Version, playing
 from vrg_league.league.league import _half
+from vrg_league.running import Experiment
 
 
 def version(number: int, problem: str = "", entry: str = "ann") -> Version:
@@ -172,6 +174,24 @@ def test_a_check_does_what_a_league_does_and_names_what_fails(vrg: Vrg, tmp_path
     assert "the idea of cem</b> (raises.py, line 6, in act)" in bad.out
     assert vrg("league", "check", "nowhere.py", "--match", "tiny.toml").status == 1
     assert "expected either --match" in vrg("league", "check", "mine.py").err
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_check_that_is_broken_off_does_not_say_that_the_entry_can_play(
+    vrg: Vrg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    count = Experiment.count
+
+    def ending(self: Experiment, row: GameRecord) -> None:
+        count(self, row)
+        signal.raise_signal(number)
+
+    monkeypatch.setattr(Experiment, "count", ending)
+    files(tmp_path, mine=LAZY)
+    done = vrg("league", "check", "mine.py", "--match", "tiny.toml", "--jobs", "1")
+    assert done.status == 128 + number
+    assert "it was broken off before all games were played, so it is not known whether it can play" in done.out
+    assert "in a league" not in done.out
 
 
 @pytest.mark.parametrize(

@@ -10,20 +10,18 @@ from typing import NamedTuple
 
 from msgspec import Struct, structs
 
-from vrg.bus.names import normal
 from vrg.config.setup import CheckedMatch
 from vrg.config.targets import class_in, whole_target
 from vrg.errors import ConfigError
 from vrg.games import STRATEGIES, file_of, is_strategy_file
 from vrg.runs.run_folder import scratch_folder
 from vrg.types import printable
+from vrg_league.entries import Source, entry_paths, read_entry, short
 from vrg_league.game_process import GameProcess, ended, server_for
 from vrg_league.games import FAILED
 
 TRIAL = 30.0
 """The match time in s of the game that a strategy plays alone before it takes part."""
-_LABEL_SIZE = 60
-"""The number of bytes of a label. The name of a file has two, and may have 255."""
 _LOOK = 0.1
 """The real time in s between two looks at whether a game takes too long."""
 
@@ -34,10 +32,40 @@ class Contender(Struct, frozen=True, kw_only=True):
     Args:
         label: its short name in tables and in the names of files.
         target: the strategy as a match file names it, with the whole path if it is that of a file.
+        entry: the path of the entry of a folder that it is; see `vrg_league.entries`. Of what lies beside that it sees
+            nothing. Empty if it is none, and may import what lies beside its file.
     """
 
     label: str
     target: str
+    entry: str = ""
+
+    @property
+    def source(self) -> Source | None:
+        """The files of its entry as they are now; None if it is none.
+
+        Raises:
+            ConfigError: they cannot be read.
+        """
+        if not self.entry:
+            return None
+        source = read_entry(Path(self.entry))
+        if source is None or source.problem:
+            raise ConfigError(
+                f"{self.entry}: {'expected a strategy, found none' if source is None else source.problem}"
+            )
+        return source
+
+    def placed(self, folder: Path, place: str) -> str:
+        """Its strategy as a match file in a folder names it, whose entry is copied to a place there.
+
+        Raises:
+            ConfigError: the entry cannot be read. OSError: it cannot be copied.
+        """
+        if (source := self.source) is None:
+            return self.target
+        source.write(folder / place)
+        return f"{place}/{source.main}{self.target.removeprefix(file_of(self.target) or '')}"
 
 
 class Unable(NamedTuple):
@@ -58,31 +86,43 @@ def entered(typed: Sequence[str], *, folders: bool) -> tuple[list[Contender], li
     """The strategies that were typed, and those that cannot be found. A file gives its strategy its own name.
 
     Args:
-        folders: whether a folder stands for all files of Python and of policies in it.
+        folders: whether a folder stands for all entries in it.
 
     Raises:
-        ConfigError: one is a folder, and may not be.
+        ConfigError: one is a folder, and may not be, or cannot be read.
     """
-    found, wrong = list[tuple[str, str]](), list[LeftOut]()
+    found, wrong = list[tuple[str, str, str]](), list[LeftOut]()
     for target in typed:
-        folder = Path(target)
-        for file in _files(folder) if folders and folder.is_dir() else [folder]:
-            own = is_strategy_file(str(file))
-            if file.suffix != ".py" and not own:
-                whole = whole_target(target)
-                if ":" in target or target in STRATEGIES:
-                    found.append((target.rpartition(":")[2], whole))
-                else:
-                    wrong.append(left_out(target, STRATEGIES.unknown(target)))
-                continue
-            try:
-                str(file).encode()
-                found.append((file.stem, whole_target(str(file) if own else f"{file}:{class_in(file)}")))
-            except UnicodeEncodeError:
-                wrong.append(left_out(ascii(file.stem), "its name is not in UTF-8: give the file another one"))
-            except ConfigError as error:
-                wrong.append(left_out(file.stem, str(error)))
-    return contenders([target for _, target in found], [name for name, _ in found]), wrong
+        if folders and Path(target).is_dir():
+            for path in entry_paths(Path(target)):
+                source = read_entry(path)
+                if source is None:
+                    continue
+                try:
+                    if source.problem:
+                        raise ConfigError(source.problem)
+                    file = path / source.main if path.is_dir() else path
+                    found.append((source.entry, _whole(file), str(path.absolute())))
+                except ConfigError as error:
+                    wrong.append(left_out(path.name.removesuffix(".py"), str(error)))
+            continue
+        file = Path(target)
+        if file.suffix != ".py" and not is_strategy_file(target):
+            whole = whole_target(target)
+            if ":" in target or target in STRATEGIES:
+                found.append((target.rpartition(":")[2], whole, ""))
+            else:
+                wrong.append(left_out(target, STRATEGIES.unknown(target)))
+            continue
+        try:
+            found.append((file.stem, _whole(file), ""))
+        except UnicodeEncodeError:
+            wrong.append(left_out(ascii(file.stem), "its name is not in UTF-8: give the file another one"))
+        except ConfigError as error:
+            wrong.append(left_out(file.stem, str(error)))
+    names, targets, entries = ([one[field] for one in found] for field in range(3))
+    labelled = contenders(targets, names)
+    return [structs.replace(one, entry=entry) for one, entry in zip(labelled, entries, strict=True)], wrong
 
 
 def left_out(name: str, why: str) -> LeftOut:
@@ -90,9 +130,14 @@ def left_out(name: str, why: str) -> LeftOut:
     return LeftOut(printable(name), printable(" ".join(why.split())))
 
 
-def _files(folder: Path) -> list[Path]:
-    """The files of strategies in a folder, except those whose names begin with `.` or `_`."""
-    return [file for file in sorted(folder.glob("[!._]*")) if file.suffix == ".py" or is_strategy_file(file.name)]
+def _whole(file: Path) -> str:
+    """The only strategy of a file, as a match file anywhere names it.
+
+    Raises:
+        ConfigError: it has not just one. UnicodeEncodeError: its name is not in UTF-8.
+    """
+    str(file).encode()
+    return whole_target(str(file) if is_strategy_file(str(file)) else f"{file}:{class_in(file)}")
 
 
 def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Contender]:
@@ -116,12 +161,6 @@ def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Conten
 def _name_of(target: str) -> str:
     """The name of a strategy, of its class, or of the file that it is."""
     return Path(target).stem if file_of(target) == target else target.rpartition(":")[2]
-
-
-def short(name: str) -> str:
-    """A name with only such signs as may stand in the name of a file, and not too long for one."""
-    words = "".join(sign if sign.isalnum() or sign in "-_ " else "-" for sign in " ".join(normal(name).split()))
-    return words.encode()[:_LABEL_SIZE].decode(errors="ignore").strip() or "strategy"
 
 
 def teams_of(setup: CheckedMatch, first: str | None = None) -> tuple[str, str]:
@@ -191,14 +230,21 @@ def unable(
         while waiting or running:
             while waiting and len(running) < jobs:
                 contender = waiting.pop(0)
-                playing = with_strategies(setup, dict.fromkeys(teams or teams_of(setup), contender.target))
-                game = GameProcess(server, playing, setup.seed, place / str(len(waiting)), match_time)
+                home = place / str(len(waiting))
+                try:
+                    target = contender.placed(home, "entry")
+                except (ConfigError, OSError) as error:
+                    problems[contender] = Unable(str(error))
+                    continue
+                target = f"{home}/{target}" if contender.entry else target
+                playing = with_strategies(setup, dict.fromkeys(teams or teams_of(setup), target))
+                game = GameProcess(server, playing, setup.seed, home / "game", match_time)
                 stack.callback(game.kill)
                 running[game] = contender, time.monotonic()
             for game, played in ended(list(running), _LOOK):
                 contender, _ = running.pop(game)
                 if played.ended == FAILED:
-                    problems[contender] = Unable(played.problem)
+                    problems[contender] = Unable(played.problem.replace(f"{game.folder.parent}/entry/", ""))
             for game, (contender, began) in list(running.items()):
                 if time.monotonic() - began > patience:
                     game.kill()

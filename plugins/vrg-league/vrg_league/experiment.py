@@ -201,7 +201,11 @@ def _hashes(setup: CheckedMatch, contender: Contender) -> Iterator[tuple[str, st
     if spec is not None and spec.origin is not None:
         path = Path(spec.origin)
         yield f"the code of {contender.label}", _hash(path.parent if path.name == "__init__.py" else path)
-    playing = written(setup, dict.fromkeys(teams_of(setup), contender.target))
+    target = contender.target
+    if (entry := contender.source) is not None:
+        yield f"{Path(contender.entry).name} of {contender.label}", entry.digest
+        target = contender.label  # its files are those of the entry alone
+    playing = written(setup, dict.fromkeys(teams_of(setup), target))
     for source_path in files_of(playing).copies.values():
         yield f"{source_path.name} of {contender.label}", _hash(source_path)
 

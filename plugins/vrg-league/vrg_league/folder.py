@@ -25,6 +25,8 @@ R = TypeVar("R", bound=Struct)
 
 DEFINITION = "experiment.json"
 """The name of the file of the definition."""
+ENTRIES = "contenders"
+"""The folder in that of a match with the files of each entry."""
 _VERSUS = ".vs."
 """Stands between two labels, which have no dot."""
 _json = msgspec.json.Encoder()
@@ -110,14 +112,15 @@ class ExperimentFolder:
         """
         if self.definition.origin is not None:
             return setup
-        targets = {contender.label: contender.target for contender in self.definition.contenders}
-        strategies = {
-            game.first_team: targets[game.pairing.first],
-            game.second_team: targets[game.pairing.second],
-        }
+        known = {contender.label: contender for contender in self.definition.contenders}
+        playing = {game.first_team: known[game.pairing.first], game.second_team: known[game.pairing.second]}
         folder = RunFolder(self.match_file(game).parent)
         try:
             folder.path.mkdir(parents=True, exist_ok=True)
+            strategies = {
+                team: contender.placed(folder.path, f"{ENTRIES}/{contender.label}")
+                for team, contender in playing.items()
+            }
             keep(written(setup, strategies, self.definition.secret), folder)
         except OSError as error:
             raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
@@ -144,9 +147,11 @@ class ExperimentFolder:
         """The strategy by which the team of the origin goes on in a game: of a file a copy, which is made once."""
         label = game.label(game.only or "") or ""
         if label not in self._substitutes:
-            target = next(contender.target for contender in self.definition.contenders if contender.label == label)
+            contender = next(contender for contender in self.definition.contenders if contender.label == label)
             folder = RunFolder(self.path / "matches" / label)
             try:
+                target = contender.placed(folder.path, ENTRIES)
+                target = f"{folder.path.resolve()}/{target}" if contender.entry else target
                 self._substitutes[label] = kept(target, folder)
             except OSError as error:
                 raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None

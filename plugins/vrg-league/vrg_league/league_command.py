@@ -27,8 +27,8 @@ from vrg_league.compare_command import JobsOption, LasersOption, TeamMatchOption
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from vrg_league.entries import Source
     from vrg_league.games import GameRecord
-    from vrg_league.league.entries import Source
 
 app = CommandGroup(no_args_is_help=True)
 
@@ -185,7 +185,7 @@ def check(
     from vrg.runs.run_folder import scratch_folder
     from vrg_league.contenders import TRIAL
     from vrg_league.games import OUTCOMES
-    from vrg_league.league.check import check_entry
+    from vrg_league.league.check import BrokenOffError, check_entry
     from vrg_league.league.settings import match_of
 
     console = make_console()
@@ -225,6 +225,9 @@ def check(
             problems = check_entry(file, setup, league, place, jobs or cores(), read=read, tries=tries, played=played)
     except KeyboardInterrupt:
         raise typer.Exit(130) from None
+    except BrokenOffError as error:
+        console.print(str(error), soft_wrap=True)
+        raise typer.Exit(error.status) from None
     if problems:
         for problem in problems:
             console.print(problem, markup=False, soft_wrap=True)

@@ -30,10 +30,10 @@ from vrg.runs.run_folder import delete
 from vrg.tables import Table, problems_of
 from vrg.toml_text import without
 from vrg.types import printable
+from vrg_league.entries import read_entry
 from vrg_league.folder import write_record, writing
 from vrg_league.games import OUTCOMES, GameRecord
 from vrg_league.league import author_process
-from vrg_league.league.entries import read_entry
 from vrg_league.league.folder import LeagueFolder
 from vrg_league.league.league import League
 

@@ -6,16 +6,28 @@ from pathlib import Path
 from vrg.bus.stopping import stop_on_signals
 from vrg.config.setup import CheckedMatch
 from vrg.config.targets import whole_target
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, VrgError
 from vrg.games import strategies_of
 from vrg_league.conduct import Entrants, opened, workers_of
 from vrg_league.contenders import TRIAL, Contender, contenders, unable
+from vrg_league.entries import Source, read_entry
 from vrg_league.folder import read_records
 from vrg_league.games import GameRecord, Pairing
-from vrg_league.league.entries import Source, read_entry
 from vrg_league.league.folder import Version, playing, targets
 from vrg_league.league.league import failed_games
 from vrg_league.standings import ratings
+
+
+class BrokenOffError(VrgError):
+    """A signal has ended a check, so that it is not known whether the entry can play.
+
+    Attributes:
+        status: that of a program that the signal ends.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__("it was broken off before all games were played, so it is not known whether it can play")
+        self.status = 128 + number
 
 
 def check_entry(
@@ -43,7 +55,7 @@ def check_entry(
 
     Raises:
         ConfigError: the match or the league cannot be used. LaunchError: no game can be played.
-        KeyboardInterrupt: it was broken off.
+        KeyboardInterrupt: Ctrl-C was pressed before it played a game. BrokenOffError: a signal has ended the games.
     """
     source = read_entry(file)
     if source is None:
@@ -73,9 +85,10 @@ def check_entry(
     ):
         experiment.run(workers_of(experiment, jobs), stop)
         played(experiment.rows())
-        if stop.interrupted:
-            raise KeyboardInterrupt
-        return [part.replace(f"{copy}/", "") for part in failed_games(experiment.folder, {own.label})]
+        failed = [part.replace(f"{copy}/", "") for part in failed_games(experiment.folder, {own.label})]
+        if not failed and not experiment.over and stop.signal is not None:
+            raise BrokenOffError(stop.signal)
+        return failed
 
 
 def _opponents(setup: CheckedMatch, league: Path | None) -> list[Contender]:

@@ -16,10 +16,10 @@ from vrg.files import read_bytes, write_whole
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder, delete
 from vrg_league.contenders import Contender
+from vrg_league.entries import Source
 from vrg_league.experiment import Definition
 from vrg_league.folder import ExperimentFolder, read_records, write_record, writing
 from vrg_league.games import ScheduledGame
-from vrg_league.league.entries import Source
 from vrg_league.playing import SHOWN
 
 VERSIONS = "versions"

@@ -16,9 +16,9 @@ from vrg.config.targets import whole_target
 from vrg.errors import ConfigError
 from vrg.types import printable
 from vrg_league.contenders import TRIAL, Contender, Unable, teams_of, unable, with_strategies
+from vrg_league.entries import Source, entries_in
 from vrg_league.folder import ExperimentFolder
 from vrg_league.games import GameRecord, Pairing, ScheduledGame
-from vrg_league.league.entries import Source, entries_in
 from vrg_league.league.folder import LeagueFolder, Version, playing
 from vrg_league.league.matchmaking import next_pairing
 from vrg_league.running import Games

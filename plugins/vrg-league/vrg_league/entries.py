@@ -1,8 +1,9 @@
-"""The entries of a league: what its authors have put into the folder, read once, as bytes.
+"""The entries of a league or a tournament: what its authors have put into the folder, read once, as bytes.
 
-A file of a strategy is an entry, and so is a folder of files, with the helpers and weights of its strategy. Authors may
-put anything there at any time: pipes, links to the files of others, files without an end. So nothing is read through a
-link, nothing but regular files, no more than LARGEST bytes, and nothing is run.
+A file of a strategy is an entry, and so is a folder of files, with the helpers and weights of its strategy. It plays
+from a copy that has these files alone, so that it cannot import what others have written. Authors may put anything
+there at any time: pipes, links to the files of others, files without an end. So nothing is read through a link, nothing
+but regular files, no more than LARGEST bytes, and nothing is run.
 """
 
 import hashlib
@@ -14,11 +15,11 @@ from typing import Final
 
 from msgspec import Struct, structs
 
+from vrg.bus.names import normal
 from vrg.errors import ConfigError
 from vrg.games import is_strategy_file
 from vrg.system import FILE_FLAGS, POSIX, UNWAITED_FLAGS
 from vrg.types import printable
-from vrg_league.contenders import short
 
 LARGEST: Final = 4_000_000
 """The number of bytes that the files of an entry may have together."""
@@ -28,6 +29,8 @@ ENTRY_SIZE: Final = 200_000_000
 """The number of bytes that all entries may have together."""
 MAX_FILES: Final = 100
 """The number of files and folders that an entry may have."""
+_LABEL_SIZE: Final = 60
+"""The number of bytes of a label. The name of a file has two, and may have 255."""
 
 
 class Source(Struct, frozen=True, kw_only=True):
@@ -77,14 +80,10 @@ def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[
         ConfigError: the folder cannot be read.
     """
     others = {path.resolve() for path in without}
-    try:
-        names = sorted(name for name in os.listdir(folder) if name[:1] not in "._")
-    except OSError as error:
-        raise ConfigError(f"{folder}: expected a folder of strategies: {error.strerror}") from None
     found: dict[str, Source] = {}
     left = ENTRY_SIZE
-    for name in names:
-        if folder.resolve() / name in others or (source := read_entry(folder / name)) is None:
+    for path in entry_paths(folder):
+        if folder.resolve() / path.name in others or (source := read_entry(path)) is None:
             continue
         size = sum(map(len, source.files.values()))
         if size > left:
@@ -101,6 +100,18 @@ def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[
             found[first.entry] = first
         found.setdefault(source.entry, source)
     return sorted(found.values(), key=lambda source: source.entry)
+
+
+def entry_paths(folder: Path) -> list[Path]:
+    """The paths in a folder that may be entries, sorted.
+
+    Raises:
+        ConfigError: the folder cannot be read.
+    """
+    try:
+        return [folder / name for name in sorted(os.listdir(folder)) if name[:1] not in "._"]
+    except OSError as error:
+        raise ConfigError(f"{folder}: expected a folder of strategies: {error.strerror}") from None
 
 
 def read_entry(path: Path) -> Source | None:
@@ -184,3 +195,9 @@ def _read(name: str, most: int, folder: Path | int) -> bytes:
     if len(data) > most:
         raise ConfigError(f"{printable(name)}: expected at most {LARGEST / 1e6:g} MB for all files of an entry")
     return data
+
+
+def short(name: str) -> str:
+    """A name with only such signs as may stand in the name of a file, and not too long for one."""
+    words = "".join(sign if sign.isalnum() or sign in "-_ " else "-" for sign in " ".join(normal(name).split()))
+    return words.encode()[:_LABEL_SIZE].decode(errors="ignore").strip() or "strategy"
