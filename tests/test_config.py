@@ -28,8 +28,9 @@ from vrg.launch.nodes.strategy import strategy_of
 from vrg.runs.run_folder import RunFolder
 
 GOOD = (
-    match_path("sharks-and-minnows")
+    match_path("sharks-and-minnows-table-4-2")
     .read_text(encoding="utf-8")
+    .replace('name = "table-4-2"', 'name = "courtyard"')
     .replace('map = "courtyard"\n', 'map = "courtyard"\nengine = "pybullet"\n')
 )
 

@@ -89,7 +89,7 @@ class Witness(Node):
 
 
 def setup_for(engine: str, seed: int) -> MatchSetup:
-    return load_match(match_path("sharks-and-minnows"), engine=engine, seed=seed, lasers=False)
+    return load_match(match_path("sharks-and-minnows-table-4-2"), engine=engine, seed=seed, lasers=False)
 
 
 Played = tuple[Ending, RunFolder, Witness]

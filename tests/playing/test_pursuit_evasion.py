@@ -239,7 +239,7 @@ def test_a_team_that_guesses_detects_nobody(tmp_path: Path) -> None:
     (tmp_path / "match.toml").write_text(text.replace('role = "pursuer"', strategy))
     _, calls = played(load_match(tmp_path / "match.toml", engine="planar", lasers=False).at_rate(0), tmp_path)
     rules = [call.rule for call in calls]
-    assert rules.count("launch") == 7
+    assert rules.count("launch") == 9
     assert rules.count("false_alarm") == 3
     assert "auction" not in rules
 

@@ -54,7 +54,7 @@ def test_an_empty_field_falls_back_to_its_default_where_there_is_one() -> None:
     assert draft.players[0].model == "ATRV-Jr"
     draft = draft.set(("players", 0, "model"), "").set(("players", 0, "heading"), "")
     assert draft.players[0].model == ""
-    assert draft.players[0].pose == Pose(21.0, -30.0, 0.0)
+    assert draft.players[0].pose == Pose(21.0, -33.0, 0.0)
     assert [p.path for p in CHECK(draft.set(("players", 0, "name"), "")).problems] == [("players", 0, "name")]
 
 

@@ -145,7 +145,7 @@ def test_keys_alone_choose_move_and_turn_a_robot(visit: Callable[[], Visitor], d
     page.wait("vrg.told().checked && vrg.told().changed && vrg.told().players[0][7].value === '95'")
     pose = desk.draft.players[0].pose
     assert pose is not None
-    assert sorted((abs(round(pose.x - 21.0, 3)), abs(round(pose.y + 30.0, 3)))) == [0.1, 1.0]
+    assert sorted((abs(round(pose.x - 21.0, 3)), abs(round(pose.y + 33.0, 3)))) == [0.1, 1.0]
 
 
 def test_what_is_typed_slowly_is_left_as_it_is_typed(visit: Callable[[], Visitor], desk: Editor) -> None:
@@ -153,13 +153,13 @@ def test_what_is_typed_slowly_is_left_as_it_is_typed(visit: Callable[[], Visitor
     page.page.click("#change")
     field = page.page.locator('[data-key="players.1.y"]')
     field.fill("")
-    # Each sign is taken in and answered before the next one, and "-16." and "-16.0" are told as "-16".
-    for sign in "-16.05":
+    # Each sign is taken in and answered before the next one, and "-13." and "-13.0" are told as "-13".
+    for sign in "-13.05":
         field.press_sequentially(sign)
         page.wait("vrg.told().checked && vrg.idle()")
-    assert (field.input_value(), desk.draft.shown(("players", 1, "y"))) == ("-16.05", "-16.05")
+    assert (field.input_value(), desk.draft.shown(("players", 1, "y"))) == ("-13.05", "-13.05")
     page.page.keyboard.press("Control+z")
-    page.wait("document.querySelector('[data-key=\"players.1.y\"]').value === '-16'")
+    page.wait("document.querySelector('[data-key=\"players.1.y\"]').value === '-13'")
 
 
 def test_a_field_that_is_left_at_once_is_checked(visit: Callable[[], Visitor], desk: Editor) -> None:

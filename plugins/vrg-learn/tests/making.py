@@ -22,13 +22,18 @@ from vrg_learn.environment import MatchEnvironment
 from vrg_learn.learning import Learning, learning_of
 from vrg_learn.observation import names, observe
 
-GAMES_LEARNED = ("sharks-and-minnows", "roboflag", "pursuit-evasion")
+SHARKS = "sharks-and-minnows"
+GAMES_LEARNED = (SHARKS, "roboflag", "pursuit-evasion")
 
 
 @functools.cache
 def shipped(game: str) -> MatchSetup:
-    """The match that a game ships."""
-    return load_match(match_path(game))
+    """The match that a game ships, with the players and marks of the thesis where it has some."""
+    return load_match(_file(game))
+
+
+def _file(game: str) -> Path:
+    return match_path({SHARKS: f"{SHARKS}-table-4-2"}.get(game, game))
 
 
 class Situation:
@@ -97,7 +102,7 @@ def digest(game: str, seed: int, max_time: float) -> str:
 
 def short_match(folder: Path, game: str, rules: str = "", top: str = "", players: str = "") -> Path:
     """The match file of a game with further lines at the top, in [rules] and in each table of a player."""
-    text = match_path(game).read_text(encoding="utf-8")
+    text = _file(game).read_text(encoding="utf-8")
     text = text.replace("[rules]", f"{top}\n[rules]\n{rules}").replace("[[players]]", f"[[players]]\n{players}")
     file = folder / "match.toml"
     file.write_text(text, encoding="utf-8")

@@ -94,11 +94,11 @@ def test_numbers_and_places_of_sharks_and_minnows() -> None:
 
 
 def test_others_whose_places_are_unknown_are_zeros_at_the_end() -> None:
-    states = {f"pursuer{n}": "watching" for n in (1, 2, 3)} | {f"intruder{n}": "waiting" for n in range(1, 7)}
-    game = Situation("pursuit-evasion", states={**states, "intruder7": "escaped"})
+    states = {f"pursuer{n}": "watching" for n in (1, 2, 3)} | {f"intruder{n}": "waiting" for n in range(1, 9)}
+    game = Situation("pursuit-evasion", states={**states, "intruder9": "escaped"})
     seen = game.seen(game.view("pursuer1"))
     assert seen["other 1: nearness"] > 0.0, "an intruder that is out of play is seen"
-    assert all(value == 0.0 for name, value in seen.items() if name.startswith(("other 2", "other 9")))
+    assert all(value == 0.0 for name, value in seen.items() if name.startswith(("other 2", "other 11")))
 
 
 def test_a_scan_is_the_nearest_range_of_each_sector() -> None:

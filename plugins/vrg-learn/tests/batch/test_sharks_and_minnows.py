@@ -7,7 +7,7 @@ from batch.refereeing import Singles, Spirits, compare, smaller
 from vrg.config.loading import load_match, match_path
 from vrg_learn.batch.observing import OWN
 
-SETUP = load_match(match_path("sharks-and-minnows"))
+SETUP = load_match(match_path("sharks-and-minnows-table-4-2"))
 SMALL = smaller(SETUP, [f"player{n}" for n in range(1, 7)], y=[-32.0, -14.4], pass_limit=25.0)
 FEW = smaller(
     SETUP, ["player1", "player3", "player4", "player6"], x=[18.5, 23.5], y=[-32.0, -14.4], passes=1, pass_limit=9.0

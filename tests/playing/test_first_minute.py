@@ -1,0 +1,46 @@
+"""The default match of each game shows within a minute what the game is about, and is never dull for long."""
+
+from pathlib import Path
+from statistics import median
+
+import pytest
+
+from tests.playing import matches
+from vrg.config.loading import load_match, match_path
+from vrg.testing.audience import Audience, Seen
+
+ABOUT = {"sharks-and-minnows": "tag", "pursuit-evasion": "capture", "roboflag": "flag"}
+"""The rule whose calls a game is about."""
+
+
+def seen(game: str, engine: str, seed: int, folder: Path) -> Seen:
+    setup = load_match(match_path(game), engine=engine, seed=seed)
+    audience = Audience(setup)
+    matches.played(setup, folder, audience, limit=900.0)
+    return audience.seen
+
+
+def shows(game: str, found: Seen) -> bool:
+    return found.first(ABOUT[game]) <= 60.0 and found.still < 15.0 and found.waited < 3.0
+
+
+@pytest.mark.parametrize("game", ABOUT)
+def test_the_seed_that_the_match_has(game: str, tmp_path: Path) -> None:
+    found = seen(game, "planar", 0, tmp_path)
+    assert found.over
+    assert shows(game, found)
+    assert 60.0 <= found.length <= 180.0
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("engine", "seeds"), [("planar", 100), ("pybullet", 20), ("mujoco", 20)], ids=["planar", "pybullet", "mujoco"]
+)
+@pytest.mark.parametrize("game", ABOUT)
+def test_many_seeds(game: str, engine: str, seeds: int, tmp_path: Path) -> None:
+    found = [seen(game, engine, seed, tmp_path / str(seed)) for seed in range(seeds)]
+    assert sum(shows(game, one) for one in found) >= 0.9 * seeds
+    assert 60.0 <= median(one.length for one in found) <= 180.0
+    winners = [one.winner for one in found]
+    if engine == "planar":
+        assert all(0.3 <= winners.count(team) / seeds <= 0.7 for team in set(winners) - {"draw"})
