@@ -3,9 +3,10 @@
 # make test-all  runs everything, with many more examples, seeds and whole matches: before a capability is done
 # make docs      builds the site of the documentation in build/site
 # make vcan      runs the tests on a CAN bus only, on a virtual one that it makes itself
+# make findings  runs what libraries do against expectation, and names what has changed; needs a connection
 # make setup     makes .venv, which all of the above do by themselves
 
-.PHONY: setup docs play test test-all lint unit system vcan lock clean
+.PHONY: setup docs findings play test test-all lint unit system vcan lock clean
 
 VENV := .venv/bin
 
@@ -30,6 +31,11 @@ unit: setup
 
 lint system vcan: setup
 	@$(VENV)/python scripts/lots $@
+
+findings:
+	@changed=""; for script in findings/*.sh; do \
+		echo "== $$script"; "$$script" || changed="$$changed $$script"; \
+	done; [ -z "$$changed" ] || { echo "findings: changed:$$changed" >&2; exit 1; }
 
 # New versions of what VRG depends on; needs uv.
 lock:
