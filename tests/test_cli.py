@@ -69,7 +69,7 @@ def test_every_problem_of_a_match_file_is_told_with_its_line_and_nothing_is_star
     done = vrg(command, "bad.toml")
     assert done.status == 1
     told = done.err.removeprefix("vrg: ").splitlines()
-    assert [line.partition(" ")[0] for line in told] == ["bad.toml:1:", "bad.toml:6:", "bad.toml:26:"]
+    assert [line.partition(" ")[0] for line in told] == ["bad.toml:1:", "bad.toml:7:", "bad.toml:29:"]
     for field in ("map: missing", "colour: unknown field", "players.2.x: "):
         assert field in done.err
     assert not Path("runs").exists()
