@@ -3,6 +3,7 @@
 import hashlib
 import importlib
 import importlib.util
+import os
 import sys
 import threading
 import time
@@ -139,13 +140,17 @@ def _modules(folder: Path) -> dict[str, Path]:
 
     A folder of a project may hold an environment: what lies deeper than its own modules and packages is not meant.
     """
-    others, found = {"__main__", "vrg", *plugin_packages()}, {}
+    within, found = f"{folder}{os.sep}", dict[str, Path]()
     for name, module in list(sys.modules.items()):
-        top, file = name.partition(".")[0], Path(getattr(module, "__file__", None) or "")
-        if top in others or not file.is_relative_to(folder):
+        file = getattr(module, "__file__", None)
+        # Of the thousands of modules of a program hardly one lies there, and this is asked each time.
+        if not isinstance(file, str) or not file.startswith(within):
             continue
-        if name.startswith(_OWN) or file.relative_to(folder).parts[0] in (top, f"{top}.py"):
-            found[name] = file
+        top = name.partition(".")[0]
+        first = file.removeprefix(within).partition(os.sep)[0]
+        own = name.startswith(_OWN)
+        if own or (first in (top, f"{top}.py") and top not in ("__main__", "vrg", *plugin_packages())):
+            found[name] = Path(file)
     return found
 
 
