@@ -83,7 +83,7 @@ def _apart(folder: Path) -> Iterator[None]:
     aside = {
         known: module
         for known, module in sys.modules.items()
-        if _is_in(folder, known.partition(".")[0]) and _is_from(others, module)
+        if _is_from(others, module) and _is_in(folder, known.partition(".")[0])
     }
     for known in aside:
         del sys.modules[known]
