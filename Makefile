@@ -34,7 +34,7 @@ lint system vcan: setup
 
 findings:
 	@changed=""; for script in findings/*.sh; do \
-		echo "== $$script"; "$$script" || changed="$$changed $$script"; \
+		echo "== $$script"; "$$script" || { [ $$? = 75 ] || changed="$$changed $$script"; }; \
 	done; [ -z "$$changed" ] || { echo "findings: changed:$$changed" >&2; exit 1; }
 
 # New versions of what VRG depends on; needs uv.

@@ -4,5 +4,8 @@ place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
 "${PYTHON:-python3}" -m venv "$place/environment"
 python=$place/environment/bin/python
-"$python" -m pip install --quiet --disable-pip-version-check "$@"
+"$python" -m pip install --quiet --disable-pip-version-check "$@" || {
+    echo "$0: the packages cannot be installed: is there a connection?" >&2
+    exit 75
+}
 cd "$place"

@@ -24,7 +24,7 @@ told: Callable[..., Iterator[str]] = runpy.run_path(
 
 def test_where_there_is_no_terminal_it_prints_how_far_it_is_what_it_does_and_errors() -> None:
     assert list(filter(None, told(SAID, 121.0, live=False))) == [
-        f"  [{'#' * 15:<30}]   60 of some 121 MB, 1 packages\n",
+        f"  [{'#' * 10:<20}]   60 of some 121 MB, 1 packages\n",
         "ERROR: this one is wrong\n",
         "setup: 2 of 3: unpacking 3 packages (about half a minute)\n",
     ]

@@ -53,7 +53,7 @@ def test_a_module_of_its_package_can_be_used(install: Install) -> None:
 
 def test_what_is_missing_is_told_with_what_installs_it() -> None:
     assert lacking("abacus", ABACUS) == (
-        "the package abacus is not installed, and this needs it: pip install 'abacus-core'"
+        "the package abacus-core is not installed, and this needs it: pip install 'abacus-core'"
     )
 
 
@@ -112,3 +112,10 @@ def test_a_file_with_the_name_of_an_engine_is_named_by_whatever_needs_it(
     found = _package("mujoco-core" if engine == MUJOCO else engine)
     assert found.good is False
     assert f"{engine}.py: rename that" in found.text
+
+
+def test_an_environment_of_links_is_good(install: Install, tmp_path: Path) -> None:
+    site = install("abacus-core", abacus="beads = 10\n")
+    (site / "abacus").rename(tmp_path / "store")
+    (site / "abacus").symlink_to(tmp_path / "store")
+    assert lacking("abacus", ABACUS) is None

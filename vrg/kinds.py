@@ -47,7 +47,7 @@ class Kind:
             match's set-up, the address that was typed or None, and `secured`: whether only seats are let in. It raises
             a ConfigError or a LaunchError for an address that cannot be used.
         replays: the `module:function` that shows a recorded match, as `vrg.commands.page.serve_replay` does.
-        needs: the packages without which it shows nothing, by the module of each.
+        needs: the packages that it needs to show anything, by the module of each.
         drives: the name of the strategy whose players stand unless a process of this kind drives them.
         stop_order: processes of a lower number are stopped first.
         essential: the match is given up without it.

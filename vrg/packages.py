@@ -4,7 +4,6 @@ Several packages may bring a module of the same name, and a file of that name be
 """
 
 import contextlib
-import os
 from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -49,7 +48,7 @@ def lacking(module: str, package: Package | None = None) -> str | None:
     names = names or (install,)
     spec = find_spec(module)
     if spec is None:
-        return f"the package {module} is not installed, and this needs it: pip install '{install}'"
+        return f"the package {names[0]} is not installed, and this needs it: pip install '{install}'"
     folders = spec.submodule_search_locations or ()
     place = Path(spec.origin if spec.origin and spec.has_location else next(iter(folders), module))
     able = _installed(names)
@@ -94,7 +93,8 @@ def _installed(names: Iterable[str]) -> "list[Distribution]":
 
 def _brings(one: "Distribution", file: Path) -> bool:
     """True if an installed package has brought a file as it is, or does not tell its files."""
-    if one.read_text("RECORD") is None or '"editable": true' in (one.read_text("direct_url.json") or ""):
+    source = "".join((one.read_text("direct_url.json") or "").split())
+    if one.read_text("RECORD") is None or '"editable":true' in source:
         return True
     known = _hash_in(one, file)
     # Of what is compiled, which may have a hundred megabytes, the place is enough.
@@ -103,9 +103,15 @@ def _brings(one: "Distribution", file: Path) -> bool:
 
 def _hash_in(one: "Distribution", file: Path) -> str | None:
     """The hash of a file in the list of an installed package; empty if it has none, None if the file is not listed."""
-    place = os.path.relpath(file.resolve(), Path(str(one.locate_file(""))).resolve())
-    _, listed, rest = f"\n{one.read_text('RECORD')}".partition(f"\n{Path(place).as_posix()},")
-    return rest.partition(",")[0] if listed else None
+    root = Path(str(one.locate_file("")))
+    record = f"\n{one.read_text('RECORD')}"
+    # An environment may be made of links into a store, and its list has the links.
+    for path, base in ((file, root), (file.resolve(), root.resolve())):
+        if path.is_relative_to(base):
+            _, listed, rest = record.partition(f"\n{path.relative_to(base).as_posix()},")
+            if listed:
+                return rest.partition(",")[0]
+    return None
 
 
 def _hash_of(file: Path) -> str:

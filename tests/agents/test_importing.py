@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from vrg.agents.importing import import_object
+from vrg.errors import ConfigError
 
 USES_HELPER = "import helper\n\n\nclass Mine:\n    speed = helper.SPEED\n"
 
@@ -88,3 +89,46 @@ def test_a_package_beside_a_strategy_imports_its_parts(tmp_path: Path) -> None:
         "    speed = (l.SPEED, tools.right.SPEED, other, right is tools.right)\n"
     )
     assert speed(tmp_path) == (1, 2, 2, True)
+
+
+def test_a_module_that_was_edited_is_read_anew_also_where_another_folder_has_one_of_its_name(tmp_path: Path) -> None:
+    for name in ("ann", "bob"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mine.py").write_text(USES_HELPER)
+        (tmp_path / name / "helper.py").write_text("SPEED = 1\n")
+        assert speed(tmp_path / name) == 1
+    assert import_object("mine.py:Mine", tmp_path / "bob") is import_object("mine.py:Mine", tmp_path / "bob")
+    (tmp_path / "bob" / "helper.py").write_text("SPEED = 2\n")
+    assert [speed(tmp_path / name) for name in ("ann", "bob", "ann", "bob")] == [1, 2, 1, 2]
+
+
+def test_what_the_program_has_imported_before_it_was_edited_is_read_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine.py").write_text("import early\n\n\nclass Mine:\n    speed = early.SPEED\n")
+    (tmp_path / "early.py").write_text("SPEED = 1\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert importlib.import_module("early").SPEED == 1
+    (tmp_path / "early.py").write_text("SPEED = 22\n")
+    assert speed(tmp_path) == 22
+
+
+def test_a_fault_that_was_mended_in_the_same_second_is_gone(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(USES_HELPER)
+    (tmp_path / "helper.py").write_text("SPEED = 1 / 0\n")
+    with pytest.raises(ConfigError, match="division by zero"):
+        import_object("mine.py:Mine", tmp_path)
+    rewrite(tmp_path / "helper.py", "SPEED = 1 * 7\n")
+    assert speed(tmp_path) == 7
+
+
+def test_a_file_that_a_module_of_a_package_names_is_read_anew(tmp_path: Path) -> None:
+    (tmp_path / "brain").mkdir()
+    (tmp_path / "brain" / "__init__.py").write_text(
+        "from pathlib import Path\n\nFILES = ['w.txt']\nSPEED = Path(__file__).with_name('w.txt').read_text()\n"
+    )
+    (tmp_path / "brain" / "w.txt").write_text("1")
+    (tmp_path / "mine.py").write_text("import brain\n\n\nclass Mine:\n    speed = brain.SPEED\n")
+    assert speed(tmp_path) == "1"
+    (tmp_path / "brain" / "w.txt").write_text("2")
+    assert speed(tmp_path) == "2"

@@ -43,7 +43,7 @@ def import_object(target: str, base: Path) -> object:
     try:
         path = (base / module_name).resolve()
         folder = path.parent if module_name.endswith(".py") else base.resolve()
-        with _as_it_is(folder), _apart(folder):
+        with _lock, _apart(folder), _as_it_is(folder):
             module = _import_file(path) if module_name.endswith(".py") else importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
         raise ConfigError(f"{target}: cannot be imported: {failure_of(error)}") from error
@@ -78,7 +78,10 @@ def _import_file(path: Path) -> ModuleType:
 
 @contextmanager
 def _apart(folder: Path) -> Iterator[None]:
-    """Import modules of a folder also where those of another folder have the same names. Installed ones come first."""
+    """Import modules of a folder also where those of another folder have the same names. Installed ones come first.
+
+    What a strategy imports later, as in `act`, may be that of another folder.
+    """
     others = [other for other in sys.path if other in _folders and other != str(folder)]
     aside = {
         known: module
@@ -87,6 +90,7 @@ def _apart(folder: Path) -> Iterator[None]:
     }
     for known in aside:
         del sys.modules[known]
+    sys.modules.update(_shadowed.pop(folder, {}))
     if str(folder) not in sys.path:
         _folders.add(str(folder))
         sys.path.append(str(folder))
@@ -95,6 +99,7 @@ def _apart(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
+        _shadowed[folder] = {known: sys.modules[known] for known in aside if known in sys.modules}
         sys.modules.update(aside)
         sys.path[:] = whole + [other for other in sys.path if other not in whole]
 
@@ -108,11 +113,15 @@ def _is_from(folders: Iterable[str], module: ModuleType) -> bool:
     return file is not None and any(Path(file).is_relative_to(folder) for folder in folders)
 
 
+_shadowed: dict[Path, dict[str, ModuleType]] = {}
+"""By folder: its modules in whose place `sys.modules` has those of another folder."""
 _folders: set[str] = set()
 """The folders of strategies on the import path."""
 
 
 _lock: Final = threading.RLock()
+_STARTED: Final = time.time()
+"""When this module was imported, s of wall time: the program may have imported what is older before."""
 _known: Final[dict[Path, dict[Path, object]]] = {}
 """By folder: how its files were when they were read; see `_state`."""
 
@@ -120,19 +129,21 @@ _known: Final[dict[Path, dict[Path, object]]] = {}
 @contextmanager
 def _as_it_is(folder: Path) -> Iterator[None]:
     """Import from a folder as its files are now, and not as they were at an earlier import."""
-    with _lock:
-        if folder in _known and _known[folder] != _state(folder, float("inf")):
-            for name, file in _modules(folder).items():
-                del sys.modules[name]
-                with suppress(OSError, NotImplementedError):
-                    # Python tells what it keeps of a file from an edit of the same second by the length alone.
-                    Path(cache_from_source(str(file))).unlink()
-        importlib.invalidate_caches()
-        began = time.time()
-        try:
-            yield
-        finally:
-            _known[folder] = _state(folder, began)
+    # Of what the program itself has imported, it is known of older files alone which one that was.
+    if _known.setdefault(folder, _state(folder, _STARTED)) != _state(folder, float("inf")):
+        for name, file in _modules(folder).items():
+            sys.modules.pop(name, None)
+            with suppress(OSError, NotImplementedError):
+                Path(cache_from_source(str(file))).unlink()
+    importlib.invalidate_caches()
+    # Python tells what it keeps of a file from an edit of the same second by the length alone: so it keeps nothing.
+    kept, sys.dont_write_bytecode = sys.dont_write_bytecode, True
+    began = time.time()
+    try:
+        yield
+    finally:
+        sys.dont_write_bytecode = kept
+        _known[folder] = _state(folder, began)
 
 
 def _modules(folder: Path) -> dict[str, Path]:
@@ -142,7 +153,7 @@ def _modules(folder: Path) -> dict[str, Path]:
     """
     within, found = f"{folder}{os.sep}", dict[str, Path]()
     for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None)
+        file = getattr(module, "__dict__", {}).get("__file__")  # what is imported late would be imported by getattr
         # Of the thousands of modules of a program hardly one lies there, and this is asked each time.
         if not isinstance(file, str) or not file.startswith(within):
             continue
@@ -167,6 +178,6 @@ def _state(folder: Path, began: float) -> dict[Path, object]:
         names = getattr(sys.modules.get(name), DECLARED, ())
         for data in names if isinstance(names, list | tuple) else ():
             with suppress(OSError, TypeError):
-                stat = (folder / data).stat()  # it may be too large to be read each time
-                found[folder / data] = stat.st_mtime_ns, stat.st_size, stat.st_ino
+                stat = (file.parent / data).stat()  # it may be too large to be read each time
+                found[file.parent / data] = stat.st_mtime_ns, stat.st_size, stat.st_ino
     return found

@@ -169,3 +169,11 @@ def test_a_join_whose_answer_was_lost_may_be_said_again_from_the_same_device(of_
     base = of_class.ask("/me", first)[1]["revision"]
     assert of_class.ask("/hand-in", first, code=GOOD, base=base)[0] == 200
     assert "taken" in of_class.ask("/join", joining, name="Ada", word="", device="hers")[1], "there is code to lose"
+
+
+def test_another_link_keeps_out_the_device_that_had_the_one_before(of_class: Class) -> None:
+    about = of_class.folder.about
+    first = of_class.ask("/join", about.joining, name="Eve", word="", device="a device")[1]["token"]
+    assert of_class.ask("/teacher/change", about.teacher, act="revoke", student="eve")[0] == 200
+    assert of_class.ask("/me", first)[0] == 401
+    assert "taken" in of_class.ask("/join", about.joining, name="Eve", word="", device="a device")[1]

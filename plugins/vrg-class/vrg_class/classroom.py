@@ -96,7 +96,8 @@ class Classroom:
         return encode({"t": "news", "message": self.message, "halted": self.halted})
 
     def joined(self, name: str, device: str = "") -> Student:
-        """A new student; on the thread of the folder. Who has done nothing yet may join again from the same device.
+        """A new student; on the thread of the folder. Who has saved and tried nothing yet may join again from the
+        same device.
 
         Args:
             device: what tells the device from others; empty if that is not known.
@@ -106,7 +107,7 @@ class Classroom:
         """
         if (known := self.folder.named(name)) is not None:
             # The answer of the first time may have been lost on its way.
-            if device and device == known.device and not known.versions:
+            if device and device == known.device and not (known.versions or known.tries or known.done):
                 return known
             raise RefusalError("taken", name=name)
         try:

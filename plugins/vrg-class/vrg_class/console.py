@@ -122,7 +122,7 @@ class Console:
             case "remove":
                 place.remove(student)
             case "revoke":
-                place.keep(structs.replace(student, token=secrets.token_urlsafe(TOKEN_BYTES)))
+                place.keep(structs.replace(student, token=secrets.token_urlsafe(TOKEN_BYTES), device=""))
             case "reset":
                 student = place.save(student, "", apart=True)
                 place.keep(structs.replace(student, done=(), tries=0, error="", line=None, since=time.time()))

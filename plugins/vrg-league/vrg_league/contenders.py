@@ -103,6 +103,10 @@ def entered(typed: Sequence[str], *, folders: bool) -> tuple[list[Contender], li
                         raise ConfigError(source.problem)
                     file = path / source.main if path.is_dir() else path
                     found.append((source.entry, _whole(file), str(path.absolute())))
+                except UnicodeEncodeError:
+                    raise ConfigError(
+                        f"{printable(target)}: its name is not in UTF-8: give the folder another one"
+                    ) from None
                 except ConfigError as error:
                     wrong.append(left_out(path.name.removesuffix(".py"), str(error)))
             continue

@@ -1,4 +1,4 @@
-"""The entries of a league or a tournament: what its authors have put into the folder, read once, as bytes.
+"""The entries of a league or a tournament: what its authors have put into the folder, as bytes.
 
 A file of a strategy is an entry, and so is a folder of files, with the helpers and weights of its strategy. It plays
 from a copy that has these files alone, so that it cannot import what others have written. Authors may put anything

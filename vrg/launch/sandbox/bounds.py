@@ -53,8 +53,8 @@ def in_main_thread() -> bool:
 class MemoryBound:
     """Lets this process get so much more memory than it has, and not more; who asks for it gets a MemoryError.
 
-    A context manager. macOS accepts the bound and does not keep it; on Windows, and in another thread than the main
-    one, there is none.
+    A context manager. macOS accepts the bound and does not keep it; on Windows, and outside the main thread,
+    there is none.
 
     Args:
         megabytes: so much more.
@@ -288,7 +288,7 @@ class Bounded:
         alarm: ends it when it takes too long. footprint: what it leaves behind.
 
     Attributes:
-        output: what it prints goes there; None lets it print, and so does another thread than the main one.
+        output: what it prints goes there; None lets it print, and so does any thread but the main one.
     """
 
     def __init__(self, alarm: DecisionAlarm, footprint: Footprint) -> None:

@@ -23,7 +23,7 @@ export const ownLink = () => `${location.origin}/#${ownToken()}`;
 
 /** What tells this device from others of the same school. */
 function device() {
-  const found = kept(DEVICE) ?? Math.random().toString(36).slice(2);
+  const found = kept(DEVICE) ?? crypto.getRandomValues(new Uint32Array(4)).join("-");
   keep(DEVICE, found);
   return found;
 }
