@@ -21,6 +21,15 @@ from vrg.registry import plugin_packages
 
 _OWN: Final = "vrg_strategy_"
 """How the name begins under which the file of a strategy is imported."""
+_STARTED: Final = time.time()
+"""When this module was imported, s of wall time: the program may have imported what is older before."""
+_lock: Final = threading.RLock()
+_folders: Final[set[str]] = set()
+"""The folders of strategies on the import path."""
+_shadowed: Final[dict[Path, dict[str, ModuleType]]] = {}
+"""By folder: its modules in whose place `sys.modules` has those of another folder."""
+_known: Final[dict[Path, dict[Path, object]]] = {}
+"""By folder: how its files were when they were read; see `_state`."""
 
 
 def import_object(target: str, base: Path) -> object:
@@ -85,7 +94,7 @@ def _apart(folder: Path) -> Iterator[None]:
     others = [other for other in sys.path if other in _folders and other != str(folder)]
     aside = {
         known: module
-        for known, module in sys.modules.items()
+        for known, module in sys.modules.copy().items()
         if _is_from(others, module) and _is_in(folder, known.partition(".")[0])
     }
     for known in aside:
@@ -109,28 +118,21 @@ def _is_in(folder: Path, module: str) -> bool:
 
 
 def _is_from(folders: Iterable[str], module: ModuleType) -> bool:
-    file = getattr(module, "__file__", None)
-    return file is not None and any(Path(file).is_relative_to(folder) for folder in folders)
+    file = _file_of(module)
+    return any(file.startswith(f"{folder}{os.sep}") for folder in folders)
 
 
-_shadowed: dict[Path, dict[str, ModuleType]] = {}
-"""By folder: its modules in whose place `sys.modules` has those of another folder."""
-_folders: set[str] = set()
-"""The folders of strategies on the import path."""
-
-
-_lock: Final = threading.RLock()
-_STARTED: Final = time.time()
-"""When this module was imported, s of wall time: the program may have imported what is older before."""
-_known: Final[dict[Path, dict[Path, object]]] = {}
-"""By folder: how its files were when they were read; see `_state`."""
+def _file_of(module: ModuleType) -> str:
+    """The file of a module; empty if it has none. What is imported late would be imported by a plain `getattr`."""
+    file = getattr(module, "__dict__", {}).get("__file__")
+    return file if isinstance(file, str) else ""
 
 
 @contextmanager
 def _as_it_is(folder: Path) -> Iterator[None]:
     """Import from a folder as its files are now, and not as they were at an earlier import."""
     # Of what the program itself has imported, it is known of older files alone which one that was.
-    if _known.setdefault(folder, _state(folder, _STARTED)) != _state(folder, float("inf")):
+    if (_known.get(folder) or _state(folder, _STARTED)) != _state(folder, float("inf")):
         for name, file in _modules(folder).items():
             sys.modules.pop(name, None)
             with suppress(OSError, NotImplementedError):
@@ -152,10 +154,9 @@ def _modules(folder: Path) -> dict[str, Path]:
     A folder of a project may hold an environment: what lies deeper than its own modules and packages is not meant.
     """
     within, found = f"{folder}{os.sep}", dict[str, Path]()
-    for name, module in list(sys.modules.items()):
-        file = getattr(module, "__dict__", {}).get("__file__")  # what is imported late would be imported by getattr
-        # Of the thousands of modules of a program hardly one lies there, and this is asked each time.
-        if not isinstance(file, str) or not file.startswith(within):
+    for name, module in sys.modules.copy().items():  # a copy, for what is collected meanwhile may import
+        file = _file_of(module)
+        if not file.startswith(within):  # hardly one of a program's thousands lies there, and this is asked each time
             continue
         top = name.partition(".")[0]
         first = file.removeprefix(within).partition(os.sep)[0]
