@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from statistics import median
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from common import arguments, show
 
@@ -27,13 +27,8 @@ from vrg.config.loading import check_match, load_match, match_path
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
 from vrg.runs.run_folder import RunFolder
-from vrg.testing.audience import Audience, Seen
+from vrg.testing.audience import ABOUT, SOON, Audience, Seen
 from vrg.toml_text import with_value
-
-ABOUT: Final = {"sharks-and-minnows": "tag", "pursuit-evasion": "capture", "roboflag": "flag"}
-"""The rule whose calls a game is about."""
-SOON: Final = 60.0
-"""The match time in s within which that is to be seen."""
 
 
 class Case(NamedTuple):

@@ -7,6 +7,7 @@ such a call has a fall-back of its own; where there is none, a sentence names th
 import contextlib
 import os
 import signal
+import threading
 import time
 from typing import IO, Any, Final
 
@@ -27,6 +28,11 @@ UNWAITED_FLAGS: Final[int] = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTT
 """The flags with which nothing is waited for when something is opened that may be a pipe or a terminal."""
 _FAR: Final = 1 << 40
 """The place in bytes of what is locked in a file of Windows, which nobody can read or write meanwhile."""
+
+
+def in_main_thread() -> bool:
+    """True if this is the main thread. It alone hears signals, and what bounds its code bounds the whole process."""
+    return threading.current_thread() is threading.main_thread()
 
 
 def lock(file: int | IO[Any], *, shared: bool = False, wait: bool = False) -> bool:

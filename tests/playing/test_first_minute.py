@@ -7,10 +7,7 @@ import pytest
 
 from tests.playing import matches
 from vrg.config.loading import load_match, match_path
-from vrg.testing.audience import Audience, Seen
-
-ABOUT = {"sharks-and-minnows": "tag", "pursuit-evasion": "capture", "roboflag": "flag"}
-"""The rule whose calls a game is about."""
+from vrg.testing.audience import ABOUT, SOON, Audience, Seen
 
 
 def seen(game: str, engine: str, seed: int, folder: Path) -> Seen:
@@ -21,7 +18,7 @@ def seen(game: str, engine: str, seed: int, folder: Path) -> Seen:
 
 
 def shows(game: str, found: Seen) -> bool:
-    return found.first(ABOUT[game]) <= 60.0 and found.still < 15.0 and found.waited < 3.0
+    return found.first(ABOUT[game]) <= SOON and found.still < 15.0 and found.waited < 3.0
 
 
 @pytest.mark.parametrize("game", ABOUT)

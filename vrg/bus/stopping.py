@@ -8,14 +8,13 @@ import select
 import signal
 import socket
 import stat
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Protocol
 
-from vrg.system import POSIX
+from vrg.system import POSIX, in_main_thread
 
 log = logging.getLogger(__name__)
 
@@ -87,7 +86,7 @@ def stop_on_signals(also: StopSignal | None = None) -> Iterator[Stop]:
         also: what stops it, too, such as a `threading.Event`.
     """
     stop = Stop(also)
-    if threading.current_thread() is not threading.main_thread():
+    if not in_main_thread():
         yield stop
         return
 

@@ -20,6 +20,10 @@ from vrg.types import Vector
 
 LOOKED: Final = 0.2
 """The match time in s between two looks."""
+ABOUT: Final = {"sharks-and-minnows": "tag", "pursuit-evasion": "capture", "roboflag": "flag"}
+"""The rule whose calls a game is about."""
+SOON: Final = 60.0
+"""The match time in s within which that is to be seen."""
 MOVES: Final = 0.05
 """The speed in m/s from which a robot is seen to move."""
 

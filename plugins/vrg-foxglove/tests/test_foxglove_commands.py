@@ -1,12 +1,11 @@
 """Foxglove on the command line: its kind of process, the place that it is given, and what is started by hand."""
 
 import socket
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.command_line import Vrg, command_line
+from tests.command_line import Vrg, command_line, tells_what_a_view_needs
 from vrg.config.loading import load_match, match_path
 from vrg.errors import LaunchError
 from vrg.kinds import KINDS, SPECTATOR, Opening, kind_shown
@@ -34,11 +33,7 @@ def test_it_is_a_kind_of_process_with_the_seats_of_a_window() -> None:
 
 
 def test_without_what_shows_it_that_is_told_with_what_installs_it(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "foxglove", None)
-    done = vrg("play", "sharks-and-minnows", "--headless", "--foxglove")
-    assert done.status == 1
-    said = "foxglove cannot be shown: the package foxglove-sdk is not installed, and this needs it: pip install"
-    assert said in done.err
+    tells_what_a_view_needs(vrg, monkeypatch, "foxglove", "foxglove", "foxglove-sdk", "vrg-foxglove")
 
 
 def test_in_a_match_it_is_one_process_which_may_die(tmp_path: Path) -> None:

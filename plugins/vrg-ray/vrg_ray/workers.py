@@ -13,7 +13,6 @@ import os
 import signal
 import socket
 import tarfile
-import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -26,6 +25,7 @@ from vrg.config.loading import load_match
 from vrg.config.setup import CheckedMatch
 from vrg.errors import LaunchError
 from vrg.runs.run_folder import RunFolder, delete, scratch_folder
+from vrg.system import in_main_thread
 from vrg_league.experiment import code_of_vrg
 from vrg_league.folder import ExperimentFolder
 from vrg_league.game_process import GameProcess, ended, server_for
@@ -204,7 +204,7 @@ def _connected(address: str, cores: int) -> Any:
     options = local if address == LOCAL else {"address": address}
     if address not in (LOCAL, "auto"):
         _check_reachable(address)
-    main = threading.current_thread() is threading.main_thread()
+    main = in_main_thread()
     before = signal.getsignal(signal.SIGTERM) if main else None
     try:
         ray.init(log_to_driver=False, logging_level=logging.ERROR, **options)

@@ -1,7 +1,6 @@
 """The view in three dimensions on the command line, and in a match of real processes."""
 
 import re
-import sys
 from importlib.metadata import version
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import pytest
 import zstandard
 from websockets.sync.client import connect
 
-from tests.command_line import Vrg, command_line
+from tests.command_line import Vrg, command_line, tells_what_a_view_needs
 from tests.system.harness import Match, long_match, short_match, wait_until
 from vrg.config.loading import load_match, match_path
 from vrg.kinds import KINDS, kind_shown
@@ -42,11 +41,7 @@ def test_the_command_line_has_it_all(vrg: Vrg) -> None:
 
 
 def test_without_what_shows_it_that_is_told_with_what_installs_it(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "viser", None)
-    done = vrg("play", "sharks-and-minnows", "--headless", "--3d")
-    assert done.status == 1
-    said = "3d cannot be shown: the package viser is not installed, and this needs it: pip install 'vrg-three'"
-    assert said in done.err
+    tells_what_a_view_needs(vrg, monkeypatch, "3d", "viser", "viser", "vrg-three")
 
 
 def test_a_recorded_match_is_shown(vrg: Vrg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

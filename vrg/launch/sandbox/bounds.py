@@ -18,7 +18,7 @@ import psutil
 from vrg.blame import DecisionTimeoutError, OutputFloodError, place_of_frame
 from vrg.bus.stopping import StopSignal
 from vrg.errors import StrategyError
-from vrg.system import POSIX, bound_processor_time
+from vrg.system import POSIX, bound_processor_time, in_main_thread
 
 if POSIX:
     import resource
@@ -43,11 +43,6 @@ _LOOK = 0.25
 """The real time in s between two looks at whether a decision goes on."""
 _ALARM: Final = signal.SIGALRM if POSIX else signal.SIGABRT
 """The signal that lets the main thread look. Windows has none for it; of those that it has nothing else sends this."""
-
-
-def in_main_thread() -> bool:
-    """True if this is the main thread. What bounds code bounds the whole process, and so its other threads."""
-    return threading.current_thread() is threading.main_thread()
 
 
 class MemoryBound:
