@@ -17,6 +17,7 @@ from vrg_league.experiment import define, written
 from vrg_league.folder import ExperimentFolder
 from vrg_league.games import BROKEN_OFF, OVER, GameRecord
 from vrg_league.playing import counted
+from vrg_league.workers import Workers
 
 
 def test_each_seed_is_played_twice_with_the_sides_swapped(play: Play) -> None:
@@ -38,6 +39,20 @@ def test_games_at_the_same_time_change_no_result(play: Play) -> None:
     one = play("Remembers", "Ahead", "one", pairs=1, jobs=1)
     assert timeless(one) == timeless(play("Remembers", "Ahead", "two", pairs=1, jobs=2))
     assert {row.played.ended for row in one} == {OVER}
+
+
+def test_what_a_minute_of_a_game_takes_is_known_before_the_first_one(match: Path) -> None:
+    stop = threading.Event()
+    with experiment(match, "sharks-and-minnows", "Ahead", "out", pairs=1, seed=0) as found:
+        workers = Workers(1, found.folder, found.setup)
+        with workers:
+            minute = workers.minute(found.setup, stop)
+            assert minute is not None
+            assert minute > 0.0
+            stop.set()
+            assert workers.minute(found.setup, stop) is None
+        assert not workers.games()
+        assert found.completed == 0  # nothing of it counts
 
 
 def test_an_interrupted_comparison_goes_on_where_it_stopped(play: Play, tmp_path: Path) -> None:

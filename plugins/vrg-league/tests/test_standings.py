@@ -56,6 +56,7 @@ def test_the_schedule_tells_the_games_between_whom_and_how_long() -> None:
     assert schedule(series, 2, None) == (
         "at most 10 games of 1 pairing, 2 at a time: the first games will show how long that takes"
     )
+    assert schedule(series, 2, None, minute=12.0).endswith(": about 60 s for each minute that a game lasts")
     assert schedule(series, 2, 754.0) == "at most 10 games of 1 pairing, 2 at a time: about 13 min"
     assert pairings(series)[1] == ["Anna Maria", "bob", "0", "10"]
 

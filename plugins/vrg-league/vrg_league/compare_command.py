@@ -267,11 +267,13 @@ def _play(
         TextColumn("games, {task.fields[running]} running{task.fields[speed]}{task.fields[now]}"),
         TimeRemainingColumn(),
     )
-    began, played, seconds, followed = time.monotonic(), 0, 0.0, 0.0
-    console.print(report.schedule(running.series, workers.jobs, None), soft_wrap=True)
+    many = running.total - running.completed > ROUGH
+    minute = workers.minute(running.setup, stop) if many and running.folder.definition.origin is None else None
+    console.print(report.schedule(running.series, workers.jobs, None, minute), soft_wrap=True)
     if options.games > ROUGH:
         console.print(f"Ctrl-C keeps what was played; --games {ROUGH} gives a rough answer soon", soft_wrap=True)
     follow(running, None)
+    began, played, seconds, followed = time.monotonic(), 0, 0.0, 0.0
     with Progress(*columns, console=console, transient=True) as progress:
         bar = progress.add_task("games", total=running.total, running=0, speed="", now=_now(running))
         progress.update(bar, completed=running.completed)

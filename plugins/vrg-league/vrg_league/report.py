@@ -135,14 +135,19 @@ def _named(rows: Sequence[GameRecord]) -> str:
     return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
 
 
-def schedule(series: Mapping[Pairing, Series], jobs: int, seconds: float | None) -> str:
+def schedule(series: Mapping[Pairing, Series], jobs: int, seconds: float | None, minute: float | None = None) -> str:
     """The games that are still to be played and the time that they take, in one sentence.
 
     Args:
         jobs: the number of games at a time. seconds: the time at most, s; None if no game has been measured.
+        minute: the real time in s that a minute of one game takes, for which it says how long all take then.
     """
     left, pairings = sum(s.left for s in series.values()), sum(not s.over for s in series.values())
-    took = "the first games will show how long that takes" if seconds is None else f"about {lasting(seconds)}"
+    took = "the first games will show how long that takes"
+    if seconds is not None:
+        took = f"about {lasting(seconds)}"
+    elif minute is not None:
+        took = f"about {lasting(left * minute / jobs)} for each minute that a game lasts"
     number = "1 pairing" if pairings == 1 else f"{pairings} pairings"
     return f"at most {_games(left)} of {number}, {jobs} at a time: {took}"
 

@@ -1,15 +1,26 @@
 """Several games at a time, each in a process of its own."""
 
 import shutil
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Self
 
+from vrg.bus.stopping import StopSignal
 from vrg.config.setup import CheckedMatch
+from vrg.errors import LaunchError
 from vrg.registry import Registry, subclass_of
-from vrg.runs.run_folder import delete
+from vrg.runs.run_folder import delete, scratch_folder
 from vrg_league.folder import ExperimentFolder
 from vrg_league.game_process import GameProcess, ended, server_for
 from vrg_league.games import Played, ScheduledGame
+
+TIMED = 20.0
+"""The match time in s of the beginning of a game that tells how fast games are played."""
+_PATIENCE = 20.0
+"""The real time in s that this beginning may take."""
+_LOOK = 0.1
+"""The real time in s between two looks at whether to stop."""
 
 
 class Workers:
@@ -64,6 +75,23 @@ class Workers:
     def games(self) -> list[ScheduledGame]:
         """The games that are being played."""
         return list(self._running.values())
+
+    def minute(self, setup: CheckedMatch, stop: StopSignal) -> float | None:
+        """The real time in s that a minute of a match takes, by its first TIMED s; None if that is not known.
+
+        Args:
+            stop: ends the measurement when it is set.
+        """
+        began = time.monotonic()
+        with scratch_folder() as place, suppress(LaunchError):  # the games will tell why none can be played
+            game = GameProcess(self._server, setup, setup.seed, place, TIMED)
+            found = list[tuple[GameProcess, Played]]()
+            while not found and not stop.is_set() and time.monotonic() - began < _PATIENCE:
+                found = ended([game], _LOOK)
+            game.kill()
+            if found and found[0][1].match_time:
+                return (time.monotonic() - began) * 60.0 / found[0][1].match_time
+        return None
 
     def start(self, game: ScheduledGame, setup: CheckedMatch, limit: float) -> None:
         """Start a game.

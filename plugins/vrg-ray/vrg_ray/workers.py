@@ -21,6 +21,7 @@ from typing import Any
 
 from msgspec import Struct
 
+from vrg.bus.stopping import StopSignal
 from vrg.config.loading import load_match
 from vrg.config.setup import CheckedMatch
 from vrg.errors import LaunchError
@@ -118,6 +119,9 @@ class RayWorkers(Workers):
     def games(self) -> list[ScheduledGame]:
         """The games that are being played."""
         return [running.game for running in self._played]
+
+    def minute(self, setup: CheckedMatch, stop: StopSignal) -> None:
+        """See `Workers.minute`: how fast the computers of a cluster are, its first games show."""
 
     def start(self, game: ScheduledGame, setup: CheckedMatch, limit: float) -> None:
         """Start a game; see `Workers.start`. The worker reads its match from the match file, which travels there."""
