@@ -41,7 +41,7 @@ GAME = Game(
     settings=f"{_FOLDER}.settings:Settings",
     rules=f"{_FOLDER}.rules:RoboFlag",
     strategy=f"{_FOLDER}.strategies:Balanced",
-    about="Take the other team's flag and bring it to your own home without being tagged. Three flags win.",
+    about="Take the other team's flag and bring it to your own home without being tagged. The most flags win.",
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(RED, RED, colours.RED, Marker.TRIANGLE),
