@@ -274,13 +274,13 @@ BUDGETS = {
     "coordinator": 2_030,
     "runs": 1_760,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
-    "shared values": 1_790,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
+    "shared values": 1_795,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
     "testing": 1_165,  # with what a simulated CAN bus shares, seeded matches and leaps that try rules, an audience
     "agents": 1_440,
     "recording": 1_155,  # with what a file of MCAP cannot hold
-    "playing": 1_110,  # with the bound of match time, the seal of files alone, and where code hangs
+    "playing": 1_140,  # with the bound of match time, the seal of files alone, and players' processes
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
-    "launch/sandbox": 860,  # with the bounds of students' code in a shared process, where plug-ins lie, and signals
+    "launch/sandbox": 810,  # with the bounds of students' code in a shared process, where plug-ins lie, and signals
     "navigation": 400,
     "seats": 850,
     "templates": 10,

@@ -107,6 +107,10 @@ class StrategyError(VrgError, RuntimeError):
         self.final = final
 
 
+class HangError(StrategyError):
+    """A strategy does not come to a decision."""
+
+
 class FileError(VrgError, ValueError):
     """A file is damaged, of another kind, or no text. The message says what was expected and found, but not where."""
 

@@ -34,6 +34,9 @@ class Kind:
 
     Args:
         name: of the kind. about: what a process of it does, in a few words.
+        begins: the `module:function` that is called before the process has a thread, a session or keys, of the match's
+            set-up, the name, the run folder and the folder of the keys; empty for none. What it returns becomes
+            `NodeContext.begun`.
         node: the `module:function` that makes its node for a `vrg.launch.context.NodeContext`. Only its own process
             imports it. Empty for the router, which has no node.
         runner: the `module:function` that runs the node, with the parameters of `vrg.bus.process.run_node`.
@@ -53,13 +56,14 @@ class Kind:
         essential: the match is given up without it.
         keeps: it writes files into the run folder that it needs to go on.
         draws: it draws numbers that no player may guess.
-        plays: it runs the code of a player, for which it is sealed.
+        plays: it plays for a player, whose strategy may be anybody's.
         views: it shows the match to other programs; on the bus it has the name of its process.
     """
 
     name: str
     about: str
     seats: Sequence[SeatKind]
+    begins: str = ""
     node: str = ""
     runner: str = "vrg.bus.process:run_node"
     process: str = ""
@@ -117,7 +121,8 @@ TRACKER = Kind(
 )  # fmt: skip
 PLAYER = Kind(
     name="player", about="one player with its robot", seats=(SeatKind.PLAYER,),
-    node="vrg.launch.nodes.player:player", named="player", stop_order=0, essential=True, plays=True,
+    begins="vrg.playing.apart:begun", node="vrg.launch.nodes.player:player", named="player", stop_order=0,
+    essential=True, plays=True,
 )  # fmt: skip
 SPECTATOR = Kind(
     name="spectator", about="a window that shows the match; several may be open", seats=_DECIDES, process="spectator",

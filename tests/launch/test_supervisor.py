@@ -110,11 +110,12 @@ def test_who_fails_by_the_same_error_for_the_third_time_ends_the_match_and_is_na
 def test_nothing_waits_for_greedy_players_that_ignore_a_stop(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     supervisor = make("stubborn", "stubborn", "modest")
     greedy = supervisor.processes[:2]
-    monkeypatch.setattr(greed, "excess", lambda _run, name, _pid: "it writes too much" if name != "p2" else None)
+    pids = {process.pid for process in greedy}
+    monkeypatch.setattr(greed, "_memory", lambda used: {pid: 1e12 * (pid in pids) for pid in used})
     failed: dict[str, str] = {}
     while len(failed) < 2:
         failed |= polled(supervisor)
-    assert failed == dict.fromkeys(("p0", "p1"), "it writes too much")
+    assert failed == dict.fromkeys(("p0", "p1"), "it uses more than 2000 MB of memory")
     assert all(process.pid is not None for process in greedy), "they may still stop their robots"
     while any(process.pid is not None for process in greedy):
         supervisor.poll()

@@ -16,15 +16,15 @@ from msgspec import Struct
 
 from vrg.blame import failure_of
 from vrg.config.setup import read_setup
-from vrg.errors import LaunchError, StrategyError, VrgError
+from vrg.errors import HangError, LaunchError, StrategyError, VrgError
 from vrg.kinds import KINDS, PLAYER, ROUTER, WEB
 from vrg.launch.folder_lock import delete_abandoned_keys
 from vrg.launch.serving import serve, serve_router
 from vrg.runs.run_folder import RunFolder
 from vrg.types import printable
 
-FAILED_FOR_GOOD = 3
-"""The exit status of a player whose strategy has failed in a way that makes another start useless."""
+FAILED_FOR_GOOD, HUNG = 3, 4
+"""The exit status of a player whose strategy has failed in a way that makes another start useless, or hangs."""
 
 LEASH = 0
 """The descriptor of the standard input, which the supervisor holds as a leash."""
@@ -87,6 +87,8 @@ def main(arguments: Sequence[str]) -> int:
             )
     except VrgError as error:
         print(f"vrg: {printable(str(error), lines=True)}", file=sys.stderr)
+        if isinstance(error, HangError):
+            return HUNG
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
     except KeyboardInterrupt:
         return 130

@@ -38,6 +38,7 @@ class NodeContext:
         stop: what stops the process.
         official: whether its seat may decide. own: whether it is one of the match's own processes: any number of others
             may be opened beside them.
+        begun: what its kind has begun before the process had a thread; see `vrg.kinds.Kind.begins`.
         secret: the line that the launcher has given to this process alone; empty for none.
         stack: what is entered here is left when the process ends.
     """
@@ -52,6 +53,7 @@ class NodeContext:
     official: bool
     own: bool
     secret: str
+    begun: Any = None
     stack: ExitStack = field(default_factory=ExitStack)
 
     @property

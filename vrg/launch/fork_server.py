@@ -7,6 +7,7 @@ What the server does is in `forking`.
 
 import atexit
 import contextlib
+import ctypes
 import json
 import os
 import select
@@ -33,6 +34,8 @@ _LOOK = 0.01
 """The real time in s between two looks at whether a process has ended."""
 _END = 2.0
 """The real time in s that the server may take to end what processes have left behind."""
+_DEATH_SIGNAL = 1
+"""PR_SET_PDEATHSIG."""
 _FROZEN = (psutil.STATUS_STOPPED, psutil.STATUS_TRACING_STOP, psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
 
@@ -262,6 +265,33 @@ class ForkServer:
                 os.waitpid(self._pid, 0)
 
 
+class OwnForks(ForkServer):
+    """Starts processes as forks of this one, which must have one thread. They know what it knows, and end with it."""
+
+    def run(
+        self, module: str, arguments: Sequence[str], log: IO[bytes], *, forked: bool = True, trusted: bool = False
+    ) -> Child:
+        """Start a process; see `ForkServer.run`."""
+        if not POSIX:
+            return super().run(module, arguments, log, forked=forked, trusted=trusted)
+        ours, theirs = socket.socketpair()
+        with theirs:
+            parent, pid = os.getpid(), os.fork()
+            if pid == 0:
+                atexit._clear()  # what this process does at its end is not for others to do
+                _end_with(parent)
+                forking.become([module, *arguments], theirs.fileno(), log.fileno(), {})
+        return _OwnFork(pid, ours)
+
+
+def _end_with(parent: int) -> None:
+    """Let the kernel kill this process as soon as its parent has ended. Linux only."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, ctypes.c_ulong(signal.SIGKILL))
+        if os.getppid() != parent:
+            os._exit(1)
+
+
 @contextlib.contextmanager
 def fork_server(*, wanted: bool = True, preload: Sequence[str] = forking.PRELOADED) -> Iterator[ForkServer]:
     """A fork server that is stopped at the end. If it is not wanted, every process gets an interpreter of its own."""
@@ -326,6 +356,34 @@ def _readable(file: int | socket.socket, patience: float) -> bool:
     waiting = select.poll()
     waiting.register(file, select.POLLIN)
     return bool(waiting.poll(1000 * patience))
+
+
+class _OwnFork(Child):
+    """A fork of this process. When it ends, its group does."""
+
+    def __init__(self, pid: int, stream: socket.socket) -> None:
+        super().__init__(pid, stream)
+        self._status: int | None = None
+
+    def poll(self) -> int | None:
+        """The exit status; None while it runs."""
+        if self._status is None:
+            # As long as it is not buried, its group's number belongs to no other.
+            ended = os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+            if ended is not None:
+                end_group(self.pid)
+                self._status = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+        return self._status
+
+    def send_signal(self, number: int) -> None:
+        """Send it a signal, if it still runs."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """Kill it and its whole group, if it still runs."""
+        if self.poll() is None:
+            end_group(self.pid)
 
 
 class Spawned(Child):

@@ -24,7 +24,7 @@ import socket
 import sys
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NoReturn
 
 from vrg.system import end_group
@@ -32,12 +32,10 @@ from vrg.system import end_group
 PRELOADED = (
     "vrg.launch.child",
     "vrg.agents.player",
-    "vrg.launch.sandbox.bounds",
     "vrg.launch.nodes.player",
     "vrg.bus.session",
     "vrg.hal.sim.driver",
-    "vrg.launch.sandbox.player",
-    "vrg.launch.sandbox.seal",
+    "vrg.playing.apart",
 )
 """The modules that most nodes of a match need, but none that start threads, such as numpy."""
 ORPHANED = 12.0
@@ -102,7 +100,8 @@ def _serve_one(channel: socket.socket, reader: int, children: set[int]) -> bool:
         with contextlib.suppress(OSError):  # the system has no room for another process now
             pid = os.fork()
         if pid == 0:
-            _become(json.loads(data), *descriptors)
+            stream, log, variables = descriptors
+            become(json.loads(data), stream, log, _read(variables))
         if pid is not None:
             children.add(pid)
         for descriptor in descriptors:
@@ -172,12 +171,23 @@ def _end(children: set[int], patience: float) -> None:
         time.sleep(0.02)
 
 
-def _become(request: list[str], stream: int, log: int, variables: int) -> NoReturn:
-    """Run as the new process, and never return."""
+def _read(variables: int) -> dict[str, str]:
+    """The variables in a file. Only the new process reads them: what the server has read, all that it forks have."""
+    found: dict[str, str] = json.loads(os.pread(variables, os.fstat(variables).st_size, 0))
+    return found
+
+
+def become(request: Sequence[str], stream: int, log: int, variables: Mapping[str, str]) -> NoReturn:
+    """Run as a process that was just forked, and never return.
+
+    Args:
+        request: the module and the arguments of its `main`. stream, log: descriptors of its standard input and output.
+        variables: further environment variables.
+    """
     status = 1
     try:
         os.setsid()
-        for name, value in json.loads(os.pread(variables, os.fstat(variables).st_size, 0)).items():
+        for name, value in variables.items():
             os.environ.setdefault(name, value)  # from those that are there already, the title finds its place
         os.environ[_MARK] = str(os.getpid())
         signal.set_wakeup_fd(-1)

@@ -14,23 +14,14 @@ from vrg.errors import LaunchError
 from vrg.launch import child
 from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process_log import ProcessLog
+from vrg.launch.pulses import Progress
 from vrg.launch.strikes import Strikes
 from vrg.system import POSIX
 
 STOP_TIMEOUT = 5.0
 """The real time in s from SIGTERM to SIGKILL."""
-IDLE_TIMEOUT = 30.0
-"""The real time in s that a process may do nothing at all before it is ready."""
-BUSY_TIMEOUT = 60.0
-"""The processor time in s that a process may use before it is ready. An endless loop would use more."""
-_WORKS = 0.01
-"""The processor time in s that a process must use between two looks; less counts as doing nothing."""
-_STALL = 2.0
-"""The longest real time in s that counts for a pause between two looks."""
 HANDOVER = 2.0
 """The real time in s that a player has to stop its robot before it is killed."""
-DUMP = 0.5
-"""The real time in s within which a player tells where it is. One that is frozen does not."""
 KILLED = 2.0
 """The real time in s within which a process ends that was killed, unless it waits for a device."""
 
@@ -100,14 +91,11 @@ class ManagedProcess:
         self.log = ProcessLog(log)
         self.strikes = Strikes()
         self.ready = False
-        self._looked = 0.0
-        self._idle = 0.0
-        self._worked = 0.0
+        self._progress = Progress(0.0)
         self._log_begins = 0
         self._starts = 0
         self._measured: psutil.Process | None = None
         self._process: Child | None = None
-        self._dump_begins = 0
 
     @property
     def has_said(self) -> bool:
@@ -136,7 +124,7 @@ class ManagedProcess:
         """
         self.ready = False
         self._starts += 1
-        self._looked, self._idle, self._worked = time.monotonic(), 0.0, 0.0
+        self._progress = Progress(time.monotonic())
         if self._process is not None:
             self._process.stream.close()
         try:
@@ -156,29 +144,13 @@ class ManagedProcess:
     def stuck(self, now: float) -> str | None:
         """The reason, in words, why a process that is not ready will never be; None as long as it makes progress.
 
-        Progress is measured as processor time, so that a process is waited for on a slow and busy machine too.
-
         Args:
             now: the monotonic time, s.
         """
         pid = self.pid
         if pid is None:
             return None
-        try:
-            times = psutil.Process(pid).cpu_times()
-        except psutil.Error:
-            return None
-        used = times.user + times.system
-        # Where the whole machine has stalled, this process was not idle for longer than the others.
-        self._idle += min(now - self._looked, _STALL)
-        self._looked = now
-        if used - self._worked > _WORKS:
-            self._idle, self._worked = 0.0, used
-        if used > BUSY_TIMEOUT:
-            return f"has used {used:.0f} s of processor time and is not ready"
-        if self._idle > IDLE_TIMEOUT:
-            return f"is not ready and has done nothing for {IDLE_TIMEOUT:g} s"
-        return None
+        return self._progress.stuck(pid, now)
 
     @property
     def memory(self) -> int:
@@ -212,18 +184,6 @@ class ManagedProcess:
             return round(float(self._measured.cpu_percent()) / 100, 3)
         except psutil.Error:
             return 0.0
-
-    def ask_where(self) -> None:
-        """Ask a player that runs where it is in the student's code; then look at `place`."""
-        self._dump_begins = self.log.size
-        if POSIX:
-            self._signal(signal.SIGUSR1)
-
-    @property
-    def place(self) -> str:
-        """The place of its code, such as `ann.py, line 7, in act`; empty if it has reported none since the last
-        request."""
-        return self.log.place(self._dump_begins)
 
     def play(self, arguments: tuple[str, ...]) -> None:
         """Start the child, which has ended, with other arguments, as one that has never failed.

@@ -13,19 +13,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vrg.blame import tell_of_refusals
+from vrg.blame import DecisionTimeoutError
 from vrg.bus.process import Statistics, run_node
 from vrg.bus.session import Session, open_router, open_session
 from vrg.bus.stopping import Stop, StopSignal, stop_on_signals
 from vrg.bus.topics import Keys
 from vrg.config.setup import MatchSetup
-from vrg.errors import SandboxError
+from vrg.errors import HangError
 from vrg.kinds import ROUTER, Kind
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
 from vrg.registry import load_object
 from vrg.runs.run_folder import RunFolder
 from vrg.seats.access import rules
-from vrg.seats.credentials import Credentials, find_credentials, is_official
+from vrg.seats.credentials import find_credentials, is_official
 from vrg.system import POSIX, bound_processor_time
 
 if TYPE_CHECKING:
@@ -72,19 +72,11 @@ def serve(
     if kind.draws and keys is not None and not setup.secret:
         # Where no launcher has drawn one; nothing that these kinds draw is the same.
         setup = setup.with_secret(folder.secret())
+    begun = load_object(kind.begins)(setup, name, folder, keys) if kind.begins else None
     credentials = None if keys is None else find_credentials(keys, kind.seats_of(name))
-    sealed = kind.plays and is_sealed(setup, name, seats=keys is not None)
-    if sealed:
-        # Threads that run already would stay as they are, so this comes before there are any.
-        folder.prepare()
-        _seal(setup, name, router, folder, credentials)
     with ExitStack() as stack:
         stop = stack.enter_context(child_process(leash, quiet=quiet))
-        if sealed:
-            log.info("sealed: it reaches the router, reads its own files, and writes in %s", folder.of_player(name))
-        session = stack.enter_context(
-            open_session(router, stop=stop, credentials=credentials, shared_memory=not sealed)
-        )
+        session = stack.enter_context(open_session(router, stop=stop, credentials=credentials))
         context = NodeContext(
             setup=setup,
             name=name,
@@ -96,12 +88,16 @@ def serve(
             official=is_official(credentials),
             own=leash,
             secret=secret,
+            begun=begun,
             stack=stack,
         )
         made: Made = load_object(kind.node)(context)
         node = made.node
-        statistics: Statistics = load_object(kind.runner)(node, session, setup.keys, stop, **made.options)
-        kept = (run is not None or sealed or kind.keeps) and not quiet
+        try:
+            statistics: Statistics = load_object(kind.runner)(node, session, setup.keys, stop, **made.options)
+        except DecisionTimeoutError as error:
+            raise HangError(str(error)) from None
+        kept = (run is not None or kind.keeps) and not quiet
         _report(folder if kept else None, node.name, statistics, node.counted())
         return stop
 
@@ -129,7 +125,7 @@ def run_window(
 
 
 def is_sealed(setup: MatchSetup, name: str, *, seats: bool) -> bool:
-    """True if the process of a player is sealed on this machine.
+    """True if the process in which a player's strategy decides is sealed on this machine.
 
     One that cannot refuses where the match file wants it or the match has seats; the default for strangers' files is
     only for machines that can.
@@ -141,24 +137,6 @@ def is_sealed(setup: MatchSetup, name: str, *, seats: bool) -> bool:
 
     wanted = setup.sandboxed(name, seats=seats)
     return wanted and (seats or bool(setup.sandbox) or missing() is None)
-
-
-def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credentials: Credentials | None) -> None:
-    """Seal this process for a player's code.
-
-    Raises:
-        ConfigError: there is no such player. SandboxError: this machine cannot do it.
-    """
-    from vrg.launch.sandbox.player import policy_of  # noqa: PLC0415 - most matches have no sandboxes
-    from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal  # noqa: PLC0415
-
-    seat = None if credentials is None else credentials.folder
-    try:
-        (folder.logs / f"{name}.json").touch()
-    except OSError as error:
-        raise SandboxError(f"{folder.logs}: a sealed player's statistics need a file there: {error}") from error
-    seal(policy_of(setup, name, router=router, run=folder, seat=seat))
-    tell_of_refusals(REFUSAL_ADVICE)
 
 
 def serve_router(
@@ -238,7 +216,6 @@ def _report(folder: RunFolder | None, name: str, statistics: Statistics, counted
     log.info("statistics: %s", report)
     if folder is not None:
         try:
-            # A sealed process can write this file, but make no other beside it.
             (folder.logs / f"{name}.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
         except OSError as error:
             log.warning("statistics cannot be kept: %s", error)

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
 from msgspec import structs
@@ -14,10 +14,10 @@ from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
-from vrg.launch.child import FAILED_FOR_GOOD, job_of
+from vrg.launch.child import FAILED_FOR_GOOD, HUNG, job_of
 from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
-from vrg.launch.managed import DUMP, HANDOVER, STOP_TIMEOUT, ManagedProcess, ProcessSpec
+from vrg.launch.managed import HANDOVER, STOP_TIMEOUT, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
 from vrg.runs.events import EventKind, NoNotes, Notes
 from vrg.seats.credentials import Credentials
@@ -261,15 +261,13 @@ class Supervisor:
                     del self._endings[name]
 
     def _given_up(self, process: ManagedProcess, why: str, *, patience: float) -> Iterator[None]:
-        """End a player for good. Its process is first asked where it is, and may then take `patience` s to end."""
-        where = yield from self._where(process)
-        self._vacate(process, f"{why}{where}", kill=False)
+        """End a player for good. Its process may take `patience` s to end."""
+        self._vacate(process, why, kill=False)
         yield from self._ended(process, patience)
 
     def _hung(self, process: ManagedProcess, what: str, now: float) -> Iterator[None]:
         """Kill a process that hangs. It is started again then, unless it is a player that has hung before."""
-        where = (yield from self._where(process)) if process.spec.seat else ""
-        name, what = process.spec.name, f"{what}{where}"
+        name = process.spec.name
         self._notes.note(EventKind.KILLED, name, what)
         process.kill()
         if process.spec.seat and not process.strikes.hang(now):
@@ -288,15 +286,6 @@ class Supervisor:
             process.play(structs.replace(job_of(process.spec.arguments), strategy=strategy).arguments)
         except LaunchError as error:
             self._vacate(process, str(error))
-
-    @staticmethod
-    def _where(process: ManagedProcess) -> Generator[None, None, str]:
-        """Ask a player where it is; return the answer in brackets, or nothing if none comes."""
-        process.ask_where()
-        deadline = time.monotonic() + DUMP
-        while not process.place and process.pid is not None and time.monotonic() < deadline:
-            yield
-        return f" ({process.place})" if process.place else ""
 
     @staticmethod
     def _ended(process: ManagedProcess, patience: float) -> Iterator[None]:
@@ -359,16 +348,17 @@ class Supervisor:
             return
         what = self._what_it_said(process)
         self._notes.note(EventKind.DIED, name, what, status=status)
+        again = process.strikes.hang(now) if status == HUNG else process.strikes.failure(now)
         if process.spec.seat and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
-        elif process.strikes.failure(now) and not self._repeats(process, what):
+        elif again and not self._repeats(process, what):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
             self._start(process)
             self._notes.note(EventKind.STARTED, name)
             if process.spec.is_router:
                 self._router_since = now
         elif process.spec.seat:
-            self._vacate(process, f"it fails too often: {what}")
+            self._vacate(process, f"it {'hangs again' if status == HUNG else 'fails too often'}: {what}")
         elif process.spec.essential:
             raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}")
         else:

@@ -10,8 +10,10 @@ own, it is missed again.
 """
 
 import contextlib
+import os
 import pickle
 import signal
+import sys
 import threading
 import time
 from abc import abstractmethod
@@ -28,13 +30,16 @@ from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError, MessageError, StrategyError
 from vrg.hal.models import RobotModel
-from vrg.launch.fork_server import ForkServer
+from vrg.launch.fork_server import ForkServer, OwnForks
 from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.process_log import ProcessLog
+from vrg.launch.pulses import Progress
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.wire import BANNER, Frames
 from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.excess import excess
+from vrg.launch.sandbox.seal import check_able
 from vrg.playing import deciding
 from vrg.playing.deciding import Answer, Decided, Failed, Job
 from vrg.playing.elsewhere import job_elsewhere
@@ -45,8 +50,8 @@ from vrg.types import Twist
 
 DEADLINE: Final = 1.0
 """The real time in s after which a player that does not answer forfeits a step."""
-LOADING_TIMEOUT = 20.0
-"""The real time in s that a strategy may take to be imported and made."""
+LOADING_TIME = 20.0
+"""The processor time in s that a strategy may take to be imported and made."""
 _LOOK = 0.2
 """The real time in s between two looks at a strategy that is being made."""
 _SELDOM = 5
@@ -144,12 +149,15 @@ class SubprocessStrategy(SteppedStrategy):
 
     Args:
         server: forks its process. machine: the name of the machine on which it decides.
-        sealed: False does not seal it. make: False only imports the class of the strategy, which then cannot decide.
+        sealed: False does not seal it. pinned: True gives it one processor core, behind others on it.
+        keys: the folder of the keys of the match's seats, of which it is to see nothing; None in a match without them.
+        shares_output: True lets it print where this process does, and not to its log.
+        make: False only imports the class of the strategy, which then cannot decide.
         deadline: the real time in s after which it forfeits a step, which is then noted; None waits for it.
         past, write: see `SteppedStrategy`. now: returns the real time, s.
 
     Raises:
-        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in LOADING_TIMEOUT.
+        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in LOADING_TIME.
         LaunchError: the machine cannot be reached, or has no VRG. OSError: no process can be started.
     """
 
@@ -161,6 +169,9 @@ class SubprocessStrategy(SteppedStrategy):
         run: RunFolder,
         *,
         sealed: bool,
+        pinned: bool = False,
+        keys: Path | None = None,
+        shares_output: bool = False,
         machine: str = HERE,
         make: bool = True,
         deadline: float | None = None,
@@ -176,9 +187,10 @@ class SubprocessStrategy(SteppedStrategy):
         self._answers: list[Answer] = []
         self._why, self._made, self._over = "", threading.Event(), threading.Event()
         self._complaint = "{}"
-        run.prepare()
-        (run.logs / f"{name}.json").touch()
+        if sealed or not shares_output:
+            run.prepare()
         log = run.logs / f"{name}.log"
+        self._log, self._dumped = ProcessLog(log), 0
         # A union is no class.
         frames: Frames[Answer] = Frames(Answer, BANNER if machine in setup.hosts else b"")  # type: ignore[arg-type]
         self._elsewhere = machine in setup.hosts
@@ -186,8 +198,9 @@ class SubprocessStrategy(SteppedStrategy):
             job = job_elsewhere(setup, name, sealed=sealed)
             self._reach(Connection(machine, setup.hosts[machine], log, "node strategy", frames), machine)
         else:
-            job = Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
-            with log.open("ab") as file:
+            hidden = "" if keys is None else str(keys.resolve())
+            job = Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make, pinned, hidden)
+            with os.fdopen(os.dup(1), "wb") if shares_output else log.open("ab") as file:
                 self._process = server.run(deciding.__name__, (), file, trusted=not sealed)
             pipe = self._process.detached()
             self._channel = Channel(pipe, pipe, frames)
@@ -223,16 +236,15 @@ class SubprocessStrategy(SteppedStrategy):
 
     def _watch(self, run: Path) -> None:
         """End a process that takes too long to be made, even if it has begun to answer, or that keeps too much."""
-        looks = 0
+        looks, progress = 0, Progress(time.monotonic(), LOADING_TIME)
         while not self._over.wait(_LOOK):
             looks += 1
             making = not self._made.is_set()
             greedy = excess(run, self.name, self._process.pid) if making or looks % _SELDOM == 0 else None
             if greedy is not None:
                 self._why = f"while the strategy is made, {greedy}" if making else greedy
-            elif making and looks * _LOOK >= LOADING_TIMEOUT:
-                lasts = f"the strategy is still being made after {LOADING_TIMEOUT:g} s"
-                self._why = f"{lasts}: look for a loop outside of its methods"
+            elif making and (stuck := progress.stuck(self._process.pid, time.monotonic())) is not None:
+                self._why = f"the strategy, which is still being made, {stuck}: look for a loop outside of its methods"
             if self._why:
                 self._process.kill()
                 return
@@ -280,13 +292,19 @@ class SubprocessStrategy(SteppedStrategy):
             raise
         if self._now() - self._since > BUDGET:
             self.close()
-            why = str(self.complaint(f"a decision may take {BUDGET:g} s"))
-            raise self._noted(view, failure=why, hung=True).error
+            raise self._noted(view, failure=self._hangs(), hung=True).error
         if not self._late and POSIX and not self._elsewhere:
+            self._dumped = self._log.size
             self._process.send_signal(signal.SIGUSR1)  # its log then has the line where it is
         self._late = True
         self._noted(view)
         raise ForfeitError
+
+    def _hangs(self) -> str:
+        """That it hangs, in words, with the place where it was when it was asked last."""
+        what, place = f"a decision may take {BUDGET:g} s", self._log.place(self._dumped)
+        method = self._complaint.partition("{}")[0]
+        return f"{method}{what} (it was at {place})" if place else str(self.complaint(what))
 
     def _noted(self, view: View, *, failure: str = "", final: bool = False, hung: bool = False) -> Missed:
         time, name = round(view.time, 6), self.name
@@ -359,6 +377,34 @@ class SubprocessStrategy(SteppedStrategy):
         self._why = self._why or why
         self.close()
         return StrategyError(f"the process of the strategy is gone: {self._why}")
+
+
+def begun(setup: MatchSetup, name: str, run: RunFolder, keys: Path | None) -> SubprocessStrategy | None:
+    """The strategy of the player whose process this is, in a process of its own; None for one that is trusted.
+
+    It is called before this process has a thread, a session, keys or a driver, so that the other one has none of them.
+
+    Raises:
+        StrategyError: it cannot be imported or made. LaunchError: no process can be started.
+        SandboxError: it is to be sealed, and this machine cannot do it.
+    """
+    from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which a match in one process does not
+
+    sealed = is_sealed(setup, name, seats=keys is not None)
+    if not POSIX or not (sealed or setup.strategy_file(name) is not None):
+        return None
+    if sealed:
+        check_able()
+    # On macOS a process that has loaded the system's libraries cannot fork safely.
+    server = OwnForks() if sys.platform == "linux" else ForkServer()
+    try:
+        return SubprocessStrategy(
+            server, setup, name, run, sealed=sealed, pinned=sealed, keys=keys, shares_output=True, deadline=DEADLINE
+        )
+    except ConfigError as error:
+        raise StrategyError(str(error), final=True) from None
+    except OSError as error:
+        raise LaunchError(f"{name}: its strategy cannot be started: {error}") from error
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,8 @@ class Job(Struct, frozen=True):
 
     Args:
         sealed: True seals the process before. make: False only imports the class.
+        pinned: True gives it one processor core, behind others on it.
+        keys: the path of the folder of the keys of the match's seats, of which it is to see nothing; empty for none.
         version: that of VRG. files: those that another machine needs, by their paths.
     """
 
@@ -45,6 +47,8 @@ class Job(Struct, frozen=True):
     run: str
     sealed: bool
     make: bool
+    pinned: bool = False
+    keys: str = ""
     version: str = __version__
     files: Mapping[str, bytes] = {}
 
@@ -115,7 +119,8 @@ def decide(reader: int, writer: int, placed: Callable[[Job], Job] = lambda job: 
         job = placed(msgspec.json.decode(pipe.receive(), type=Job))
         setproctitle(f"vrg strategy {job.name} in {Path(job.run).name}")
         if job.sealed:
-            seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
+            keys = Path(job.keys) if job.keys else None
+            seal(policy_of(job.setup, job.name, run=RunFolder(Path(job.run)), keys=keys, pinned=job.pinned))
             tell_of_refusals(REFUSAL_ADVICE)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         # The seal bounds memory, too.

@@ -58,7 +58,6 @@ def _placed(home: Path, job: Job) -> Job:
             take_in(home, FilePart(name, data, begins=True))
         run = RunFolder(home)
         run.prepare()
-        (run.logs / f"{job.name}.json").touch()
         os.chdir(home)
     except OSError as error:
         raise ConfigError(f"{home}: cannot be written: {error.strerror}") from None

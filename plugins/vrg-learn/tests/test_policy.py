@@ -272,7 +272,7 @@ def test_a_sealed_player_may_read_its_own_policy_and_no_other(tmp_path: Path) ->
     (tmp_path / "match.toml").write_text(text, encoding="utf-8")
     setup = load_match(tmp_path / "match.toml")
     run = RunFolder(tmp_path / "runs" / "run")
-    files = policy_of(setup, "player1", router=None, run=run, seat=None).files
+    files = policy_of(setup, "player1", run=run).files
     readable = {path for path, access in files if Access.READ in access}
     assert tmp_path / "sharks.npz" in readable
     assert not any((tmp_path / "minnows.npz").is_relative_to(path) for path in readable)

@@ -5,29 +5,18 @@ from pathlib import Path
 
 import pytest
 
-import vrg_ros
 from tests.command_line import Vrg, command_line
 from tests.system.harness import long_match
 from vrg.bus.session import Session, joined
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, ConfigError
-from vrg.launch.sandbox.player import policy_of
-from vrg.launch.sandbox.policy import Access
 from vrg.playing.match import undriven
 from vrg.plugins import CHECKS
-from vrg.runs.run_folder import RunFolder
 from vrg_ros import check
 from vrg_ros.command import BESIDE, ros_address, ros_place, typed_domain
 from vrg_ros.node import ros_node
 
-ANN = """
-from vrg.agents import STILL, Strategy
-
-class Ann(Strategy):
-    def act(self, view):
-        return STILL
-"""
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
@@ -118,23 +107,6 @@ def test_a_robot_that_runs_ros_may_be_virtual_in_a_trial(tmp_path: Path) -> None
     assert setup.physical == setup.companions == setup.fused == []
     file.write_text(setup.text, encoding="utf-8")
     assert load_match(file).players == setup.players, "so it is kept with the run"
-
-
-def test_a_sealed_player_reaches_the_router_of_its_robot(tmp_path: Path) -> None:
-    text = long_match("m").replace('name = "ann"\n', 'name = "ann"\nstrategy = "ann.py:Ann"\n', 1)
-    tables = '[backends.ros.robots.ann]\nrouter = "tcp/ann:7448"\n'
-    (tmp_path / "ann.py").write_text(ANN, encoding="utf-8")
-    own = 'role = "minnow"\nbackend = "sim"'
-    assert own in text
-    text = text.replace(own, own.replace("sim", "ros"), 1)
-    (tmp_path / "match.toml").write_text(f"{text}\n{tables}", encoding="utf-8")
-    setup = load_match(tmp_path / "match.toml")
-    run = RunFolder(tmp_path / "runs" / "m")
-    run.prepare()
-    wanted = policy_of(setup, "ann", router="tls/127.0.0.1:7450", run=run, seat=None)
-    assert wanted.ports == (7450, 7448)
-    driver = Path(vrg_ros.__file__)
-    assert any(driver.is_relative_to(place) and Access.READ in what for place, what in wanted.files)
 
 
 def test_the_command_line_has_it_all(vrg: Vrg) -> None:

@@ -18,7 +18,7 @@ PATIENCE = 180
 def policy(folder: Path, *, port: int = 7447, core: int = 0) -> Policy:
     """One by which `folder/code/mine.py` and `tricks.py` can be read, and `folder/own` be written."""
     code = [folder / "code" / "mine.py", folder / "code" / "tricks.py"]
-    places = {"own": code, "folder": folder / "own", "written": [folder / "statistics.json"]}
+    places = {"own": code, "folder": folder / "own"}
     allowed = files(libraries=libraries(), hidden=(), entries=entries_of, **places)  # type: ignore[arg-type]
     return Policy(files=allowed, ports=(port,), folder=folder / "own", memory=400 + _used(), core=core)
 

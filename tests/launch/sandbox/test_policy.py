@@ -14,7 +14,6 @@ from tests.playing import matches
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
-from vrg.errors import SandboxError
 from vrg.launch.code_files import imported
 from vrg.launch.sandbox import player as reach
 from vrg.launch.sandbox.player import libraries, policy_of
@@ -85,9 +84,9 @@ def match(tmp_path: Path) -> MatchSetup:
     return written(tmp_path, shark="red.py:S", ann="blue.py:S", bob="blue.py:S", cid="blue.py:S")
 
 
-def policy(match: MatchSetup, name: str = "ann", router: str = "tls/127.0.0.1:7450") -> Policy:
+def policy(match: MatchSetup, name: str = "ann") -> Policy:
     base = Path(match.base)
-    return policy_of(match, name, router=router, run=RunFolder(base / "runs/now"), seat=base / f"keys/player.{name}")
+    return policy_of(match, name, run=RunFolder(base / "runs/now"), keys=base / "seats")
 
 
 def allowed(wanted: Policy, path: Path, access: Access) -> bool:
@@ -96,40 +95,38 @@ def allowed(wanted: Policy, path: Path, access: Access) -> bool:
 
 def test_a_player_reads_what_it_needs_and_no_more(match: MatchSetup) -> None:
     base, wanted = Path(match.base), policy(match)
-    (base / "runs/now/logs/ann.json").touch()
     needed = {
-        "blue.py", "blue_tricks.py", "shared.py", "blue.bin", "keys/player.ann/seat.key", "runs/now/players/ann/notes",
-        "runs/now/logs/ann.json",
+        "blue.py", "blue_tricks.py", "shared.py", "blue.bin", "runs/now/players/ann/notes",
     }  # fmt: skip
     others = {
-        "match.toml", "red.py", "red_tricks.py", "red.bin", "diary.txt", "keys/player.bob/seat.key",
-        "keys/authority/ca.key", "runs/before/red.py", "runs/now/red.py", "runs/now/world.snapshot",
-        "runs/now/setup.json", "runs/now/setups/bob.json", "runs/now/secret", "runs/now/logs/referee.log",
-        "runs/now/players/bob/notes",
+        "match.toml", "red.py", "red_tricks.py", "red.bin", "diary.txt", "keys/player.ann/seat.key",
+        "keys/player.bob/seat.key", "seats/player.ann/seat.key", "keys/authority/ca.key", "runs/before/red.py",
+        "runs/now/red.py", "runs/now/world.snapshot", "runs/now/setup.json", "runs/now/setups/bob.json",
+        "runs/now/secret", "runs/now/logs/referee.log", "runs/now/logs/ann.json", "runs/now/players/bob/notes",
     }  # fmt: skip
     found = {path for path in needed | others if allowed(wanted, base / path, Access.READ)}
     assert found == needed, f"cannot read {needed - found}, but can read {found - needed}"
 
 
-def test_a_player_writes_in_its_folder_and_its_statistics(match: MatchSetup) -> None:
+def test_a_player_writes_in_its_folder_alone(match: MatchSetup) -> None:
     run = Path(match.base) / "runs/now"
     wanted = policy(match)
     writable = {place for place, what in wanted.files if Access.WRITE in what and not place.is_relative_to("/dev")}
-    assert writable == {run / "players/ann", run / "logs/ann.json"}
+    assert writable == {run / "players/ann"}
     assert {place for place, what in wanted.files if Access.MAKE in what} == {run / "players/ann"}
     assert wanted.folder == run / "players/ann"
+
+
+def test_a_player_reaches_no_port_and_is_pinned_where_that_is_wanted(match: MatchSetup) -> None:
+    base = Path(match.base)
+    pinned = policy_of(match, "ann", run=RunFolder(base / "runs/now"), pinned=True)
+    assert (policy(match).ports, policy(match).core) == ((), None)
+    assert pinned.core == match.player("ann").number
 
 
 def test_nobody_reads_another_process_of_the_system(match: MatchSetup) -> None:
     for place in ("/proc/1/mem", "/dev/mem", "/tmp/x", "/etc/shadow", "/dev/shm/x", "/root/.ssh/id"):
         assert not allowed(policy(match), Path(place), Access.READ), place
-
-
-@pytest.mark.parametrize(("router", "port"), [("tls/[::1]:7450", 7450), ("tcp/lab:9", 9), ("tcp/lab:9#iface=eth0", 9)])
-def test_it_connects_to_the_port_of_its_router(match: MatchSetup, router: str, port: int) -> None:
-    assert policy(match, router=router).ports == (port,)
-    with pytest.raises(SandboxError, match="expected a router with a TCP port"):
-        policy(match, router="unixsock-stream//tmp/x")
 
 
 def test_players_are_sealed_by_default_with_seats_if_their_strategy_is_a_file_and_without_if_it_is_a_strangers(
@@ -171,18 +168,27 @@ def test_a_stranger_does_not_name_what_it_may_read(
     (tmp_path / "ann.py").write_text(f"import bob\nFILES = {named}\n")
     (tmp_path / "bob" / "bob.py").write_text('import tricks\nFILES = ["plan.bin"]\n')
     match = written(tmp_path, shark="bob/bob.py:S", ann="ann.py:S")
-    policy_of_ann = policy_of(match, "ann", router="tcp/h:1", run=RunFolder(tmp_path / "runs/now"), seat=None)
+    policy_of_ann = policy_of(match, "ann", run=RunFolder(tmp_path / "runs/now"))
     paths = [*(tmp_path / name for name in [*files, "match.toml", "mine.bin", "linked"]), outside]
     assert [path for path in paths if allowed(policy_of_ann, path, Access.READ)] == [tmp_path / "mine.bin"]
     assert imported(tmp_path / "ann.py", [tmp_path / "bob" / "bob.py"]) == [tmp_path / "mine.bin"]
     # On another machine the match lies in the run folder.
-    there = policy_of(match, "ann", router="tcp/h:1", run=RunFolder(tmp_path), seat=None)
+    there = policy_of(match, "ann", run=RunFolder(tmp_path))
     (tmp_path / "ann.py").write_text('FILES = ["secret", "setup.json", "journal.jsonl"]\n')
     for name in ("secret", "setup.json", "journal.jsonl"):
         (tmp_path / name).touch()
         assert not allowed(there, tmp_path / name, Access.READ)
     monkeypatch.setattr("vrg.launch.code_files._homes", lambda: {tmp_path})
     assert imported(tmp_path / "ann.py") == []
+
+
+def test_keys_in_a_folder_of_libraries_are_hidden(match: MatchSetup, monkeypatch: pytest.MonkeyPatch) -> None:
+    base = Path(match.base)
+    (base / "seats" / "player.ann").mkdir(parents=True)
+    (base / "notes.py").touch()
+    monkeypatch.setattr("sys.path", [*sys.path, str(base)])
+    assert allowed(policy(match), base / "notes.py", Access.READ)
+    assert not allowed(policy(match), base / "seats/player.ann/seat.key", Access.READ)
 
 
 def test_libraries_are_readable_also_where_runs_lie(match: MatchSetup, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -223,8 +229,8 @@ def test_on_another_machine_substitutes_of_others_are_hidden(match: MatchSetup) 
     (base / ".agent").touch()
     played = match.substituted("ann", "substitutes/2/new.py:S")
     run = RunFolder(base)
-    of_ann = policy_of(played, "ann", router="tcp/lab:9", run=run, seat=None)
-    of_bob = policy_of(played, "bob", router="tcp/lab:9", run=run, seat=None)
+    of_ann = policy_of(played, "ann", run=run)
+    of_bob = policy_of(played, "bob", run=run)
     assert allowed(of_ann, base / "substitutes/2/new.py", Access.READ)
     assert not allowed(of_ann, base / "substitutes/1/new.py", Access.READ)
     assert not allowed(of_bob, base / "substitutes/1/new.py", Access.READ)

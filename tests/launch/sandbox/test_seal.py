@@ -43,7 +43,6 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "code" / "tricks.py").touch()
     (tmp_path / "code" / "theirs.py").write_text("THEIRS = 1\n")
     (tmp_path / "secret").write_text("of others")
-    (tmp_path / "statistics.json").touch()
     return tmp_path
 
 
@@ -180,15 +179,13 @@ def test_it_writes_into_its_folder(folder: Path) -> None:
         (own / "deep" / "notes").rename(own / "notes")
         with tempfile.TemporaryDirectory() as place:
             assert Path(place).is_relative_to(own)
-        (folder / "statistics.json").write_text("{}")
         return (own / "notes").read_text()
 
     assert sealed(policy(folder), write) == "hello"
     assert (folder / "own" / "notes").read_text() == "hello"
-    assert (folder / "statistics.json").read_text() == "{}"
 
 
-def test_it_connects_to_the_router_and_to_nothing_else(folder: Path, listening: socket.socket) -> None:
+def test_it_connects_to_a_port_of_its_policy_and_to_nothing_else(folder: Path, listening: socket.socket) -> None:
     port = listening.getsockname()[1]
 
     def connect() -> bytes:

@@ -118,14 +118,8 @@ def test_only_sockets_of_tcp_are_made(architecture: Architecture, filtering: lis
     assert not wrong, "\n".join(wrong)
 
 
-def test_a_robots_bus_gets_its_own_sockets(architecture: Architecture) -> None:
-    over_udp, over_can = program(architecture, rules(PID, udp=True)), program(architecture, rules(PID, can=True))
-    for filtering, yes, no in ((over_udp, UDP, CAN), (over_can, CAN, UDP)):
-        assert asked(architecture, filtering, "socket", *yes) == ALLOW
-        assert asked(architecture, filtering, "socket", *TCP) == ALLOW
-        assert asked(architecture, filtering, "socket", *no) == DENIED
-        assert asked(architecture, filtering, "bind", 3) == ALLOW
-    assert asked(architecture, program(architecture, rules(PID)), "bind", 3) == DENIED
+def test_nothing_is_bound(architecture: Architecture, filtering: list[Instruction]) -> None:
+    assert asked(architecture, filtering, "bind", 3) == DENIED
 
 
 def test_an_event_loop_gets_its_pair_of_sockets(architecture: Architecture, filtering: list[Instruction]) -> None:

@@ -1,9 +1,7 @@
 """A player of a match with its strategy."""
 
 import logging
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from vrg.agents.player import Player
@@ -62,29 +60,10 @@ def player_node(
 
 
 def player(on: NodeContext) -> Made:
-    """A player, whose code is bounded in this process."""
-    on.stack.enter_context(_students_code(on.setup.memory))
-    return Made(player_node(on.setup, on.name))
-
-
-@contextmanager
-def _students_code(memory: int) -> Iterator[None]:
-    """Bound what the code of a strategy uses and prints, and log where it fails.
-
-    Args:
-        memory: the most memory that it may use, MB.
-    """
-    from vrg.launch.sandbox.bounds import (  # noqa: PLC0415 - a player in one process is bounded by its executor
-        BoundedOutput,
-        MemoryBound,
-        printing_to,
-        say_where_on_request,
-    )
-
-    say_where_on_request()
+    """A player, whose strategy decides in a process of its own if it is a file, and otherwise in this one."""
+    make = None if on.begun is None else lambda: on.begun
     try:
-        with MemoryBound(memory), printing_to(BoundedOutput(sys.stdout)):
-            yield
+        return Made(player_node(on.setup, on.name, make=make))
     except StrategyError as error:
         log.error("the strategy has failed", exc_info=error.__cause__ or error)
         raise

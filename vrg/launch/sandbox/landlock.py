@@ -91,8 +91,6 @@ def _rights(access: Access) -> int:
         rights |= _WRITE_FILE | _TRUNCATE
     if Access.MAKE in access:
         rights |= _OLD_RIGHTS & ~_MAKE_SPECIAL & ~_EXECUTE
-    if Access.DEVICE in access:
-        rights |= _IOCTL_DEVICE
     return rights
 
 

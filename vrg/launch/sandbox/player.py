@@ -1,4 +1,4 @@
-"""The files and ports that the process of one player of a match needs, which is all that it may reach."""
+"""The files that the strategy of one player of a match needs, which is all that its process may reach."""
 
 import os
 import sys
@@ -8,29 +8,27 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import vrg
-from vrg.bus.hosts import port_of
 from vrg.config.setup import MatchSetup, PlayerSetup
-from vrg.errors import SandboxError
 from vrg.launch.code_files import imported, readable_parts
-from vrg.launch.sandbox.policy import Access, Policy, files
+from vrg.launch.sandbox.policy import Policy, files
 from vrg.registry import plugin_packages
 from vrg.runs.run_folder import RunFolder
 
 
-def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolder, seat: Path | None) -> Policy:
-    """The policy of a player's process.
+def policy_of(
+    setup: MatchSetup, name: str, *, run: RunFolder, keys: Path | None = None, pinned: bool = False
+) -> Policy:
+    """The policy of the process in which a player's strategy decides.
 
     Args:
-        name: the player. run: the run folder.
-        router: the endpoint of the router; None in a match in one process, which waits for each player in turn, so
-            that a processor core of its own would only slow it.
-        seat: the folder of the keys of its own seat; None in a match without seats.
+        name: the player. run: the run folder. keys: the folder of the keys of the match's seats, if there is one.
+        pinned: True gives it one processor core, on which it comes behind others. In a match that waits for each
+            player in turn this would only slow it.
 
     Raises:
-        ConfigError: there is no such player. SandboxError: `router` has no TCP port.
+        ConfigError: there is no such player.
     """
     player = setup.player(name)
-    ports = _ports_of_robot(setup, player)  # this imports the package of the robot's driver
     base = Path(setup.base).resolve()
     code = setup.strategy_file(name)
     theirs = _of_others(setup, player)
@@ -39,47 +37,16 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
     needed = [code, *imported(code, theirs)] if code is not None else []
     own = [part for path in needed for part in readable_parts(path) if part not in secret]
     folder = run.of_player(name).resolve()
-    # Its statistics are written to a file that is there already, so that it can make no others beside it.
-    statistics = run.logs.resolve() / f"{name}.json"
-    keys = base / "keys" if seat is None else seat.parent
     # The runs beside this one have the code of all players, too.
-    hidden = theirs | {run.path, run.path.parent, keys, base / "keys", Path(setup.origin)}
+    hidden = theirs | {run.path, run.path.parent, base / "keys", keys or base / "keys", Path(setup.origin)}
     allowed = files(
         own=own,
         libraries=libraries(),
         hidden={path.resolve() for path in hidden},
         folder=folder,
-        written=[statistics],
         entries=entries_of,
     )
-    # Named files are readable wherever they lie: its keys, and what its robot's driver reads.
-    named = [] if seat is None else [seat]
-    can = setup.backends.get(player.backend, {}) if player.physical or player.backend != "sim" else {}
-    buses = [can, can.get("robots", {}).get(name, {})] if can else []
-    named += [base / str(bus["calibration"]) for bus in buses if bus.get("calibration")]
-    channels = [Path(str(bus["channel"])) for bus in buses if str(bus.get("channel", "")).startswith("/dev/")]
-    interfaces = {str(bus["interface"]) for bus in buses if bus.get("interface")}
-    return Policy(
-        files=(
-            *allowed,
-            *((path, Access.READ) for path in named),
-            *((path, Access.READ | Access.WRITE | Access.DEVICE) for path in channels),
-        ),
-        ports=(*(() if router is None else (_port(router),)), *ports),
-        folder=folder,
-        memory=setup.memory,
-        core=None if player.physical or router is None else player.number,
-        udp="udp_multicast" in interfaces,
-        can="socketcan" in interfaces,
-    )
-
-
-def _ports_of_robot(setup: MatchSetup, player: PlayerSetup) -> list[int]:
-    """The TCP ports that the driver of a player's robot connects to."""
-    for backend, settings, robots in setup.backend_settings():
-        if backend == player.backend and player.name in robots:
-            return [_port(endpoint) for endpoint in settings.endpoints([player.name])]
-    return []
+    return Policy(files=allowed, folder=folder, memory=setup.memory, core=player.number if pinned else None)
 
 
 def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
@@ -129,10 +96,3 @@ def entries_of(folder: Path) -> Iterator[Path]:
         yield from (Path(entry.path) for entry in os.scandir(folder))
     except OSError:
         return
-
-
-def _port(router: str) -> int:
-    port = port_of(router)
-    if not port.isdecimal():
-        raise SandboxError(f"expected a router with a TCP port, such as tcp/127.0.0.1:7447, got {router!r}")
-    return int(port)

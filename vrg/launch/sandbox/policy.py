@@ -9,15 +9,14 @@ from pathlib import Path
 class Access(Flag):
     """The ways in which a file, or everything in a folder, may be used.
 
-    LIST names the files of a folder, READ reads and runs code, WRITE changes files that are there, MAKE makes and
-    removes files too, and DEVICE sets up a device.
+    LIST names the files of a folder, READ reads and runs code, WRITE changes files that are there, and MAKE makes and
+    removes files too.
     """
 
     LIST = auto()
     READ = auto()
     WRITE = auto()
     MAKE = auto()
-    DEVICE = auto()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,21 +25,18 @@ class Policy:
 
     Args:
         files: files and folders, and what may be done there. Nothing else can be read or written.
-        ports: the TCP ports that may be connected to: that of the match's router, and what the robot's driver needs.
         folder: the folder of its own, where it may write.
         memory: the most memory that the strategy may use, MB.
         core: chooses the one processor core that it runs on, by the player's number in the match. With it, the process
-            steps back behind the others. None for a physical robot, whose guard must not wait.
-        udp, can: True allows such sockets, for a robot's bus.
+            steps back behind the others.
+        ports: the TCP ports that may be connected to.
     """
 
     files: tuple[tuple[Path, Access], ...]
-    ports: tuple[int, ...]
     folder: Path
     memory: int
     core: int | None
-    udp: bool = False
-    can: bool = False
+    ports: tuple[int, ...] = ()
 
 
 SYSTEM = (
@@ -81,7 +77,6 @@ def files(
     libraries: Sequence[Path],
     hidden: Collection[Path],
     folder: Path,
-    written: Sequence[Path],
     entries: Callable[[Path], Iterable[Path]],
 ) -> tuple[tuple[Path, Access], ...]:
     """The access of a player to files.
@@ -89,7 +84,7 @@ def files(
     Args:
         own: its strategy, and the files and packages that it needs. libraries: the folders of Python and its packages.
         hidden: what is in these folders and not for its eyes. One with a library in it is readable all the same.
-        folder: its own folder. written: files that it may write, and that exist.
+        folder: its own folder.
         entries: as for `readable`.
     """
     found = [(path, Access.READ) for path in SYSTEM]
@@ -102,5 +97,4 @@ def files(
     found += [(path, Access.READ) for root in libraries for path in readable(root, secret, entries)]
     found += [(path, Access.READ) for path in own]
     found += [(folder, Access.READ | Access.WRITE | Access.MAKE)]
-    found += [(path, Access.READ | Access.WRITE) for path in written]
     return tuple(dict.fromkeys(found))

@@ -61,15 +61,23 @@ def missing() -> str | None:
     return None
 
 
+def check_able() -> None:
+    """Check that this machine can seal a process.
+
+    Raises:
+        SandboxError: it cannot.
+    """
+    if (lacking := missing()) is not None:
+        raise SandboxError(f"{lacking}: {_WHAT_TO_DO}")
+
+
 def seal(policy: Policy) -> None:
     """Seal this process. The folder of the policy is made if it is missing.
 
     Raises:
         SandboxError: the machine cannot do it, or the process has more than one thread.
     """
-    lacking = missing()
-    if lacking is not None:
-        raise SandboxError(f"{lacking}: {_WHAT_TO_DO}")
+    check_able()
     threads = len(os.listdir("/proc/self/task"))
     if threads != 1:
         raise SandboxError(f"a process is sealed before it starts threads, and this one has {threads}")
@@ -79,7 +87,7 @@ def seal(policy: Policy) -> None:
         _bound(policy)
         drop_capabilities()
         landlock.restrict(policy.files, policy.ports)
-        filter_calls(rules(os.getpid(), udp=policy.udp, can=policy.can))
+        filter_calls(rules(os.getpid()))
     except OSError as error:
         raise SandboxError(f"this process cannot be sealed: {error}: {_WHAT_TO_DO}") from error
 

@@ -14,9 +14,9 @@ from vrg.launch.sandbox.syscalls import NEWEST, Architecture
 
 ALLOW, ERRNO = 0x7FFF0000, 0x00050000
 """SECCOMP_RET_ALLOW and SECCOMP_RET_ERRNO."""
-_AF_UNIX, _AF_INET, _AF_INET6, _AF_CAN = 1, 2, 10, 29
-_STREAM, _DATAGRAM, _RAW, _KIND = 1, 2, 3, 0xF
-_TCP, _UDP = 6, 17
+_AF_UNIX, _AF_INET, _AF_INET6 = 1, 2, 10
+_STREAM, _KIND = 1, 0xF
+_TCP = 6
 _CLONE_THREAD = 0x10000
 FAST_OPEN = 0x20000000
 """MSG_FASTOPEN connects where Landlock does not look."""
@@ -88,30 +88,19 @@ class SyscallRule:
     error: int = errno.EPERM
 
 
-def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[SyscallRule]:
+def rules(pid: int) -> list[SyscallRule]:
     """The refused system calls of a sealed process.
 
     Args:
         pid: the process itself, which may send itself signals.
-        udp: True allows UDP too, for a robot whose bus is made of it. can: True allows sockets of a CAN bus.
     """
     own = ArgumentCheck(0, (pid,))
-    plain = ArgumentCheck(1, (_STREAM,), _KIND), ArgumentCheck(2, (0, _TCP))
-    sockets: list[tuple[ArgumentCheck, ...]] = [(ArgumentCheck(0, (_AF_INET, _AF_INET6)), *plain)]
-    if udp:
-        sockets.append(
-            (
-                ArgumentCheck(0, (_AF_INET, _AF_INET6)),
-                ArgumentCheck(1, (_DATAGRAM,), _KIND),
-                ArgumentCheck(2, (0, _UDP)),
-            )
-        )
-    if can:
-        sockets.append((ArgumentCheck(0, (_AF_CAN,)), ArgumentCheck(1, (_RAW,), _KIND)))
+    plain = ArgumentCheck(0, (_AF_INET, _AF_INET6)), ArgumentCheck(1, (_STREAM,), _KIND), ArgumentCheck(2, (0, _TCP))
     # A pair of connected sockets is what an event loop wakes itself with. Datagrams could be sent elsewhere over it.
     pair = (ArgumentCheck(0, (_AF_UNIX,)), ArgumentCheck(1, (_STREAM,), _KIND))
     found = [SyscallRule(name) for name in REFUSED_CALLS]
     found += [
+        SyscallRule("bind", error=errno.EACCES),
         SyscallRule("clone", ((ArgumentCheck(0, (_CLONE_THREAD,), _CLONE_THREAD),),)),
         # The C library then uses `clone`, whose flags can be looked at.
         SyscallRule("clone3", error=errno.ENOSYS),
@@ -119,7 +108,7 @@ def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[SyscallRule
         SyscallRule("tgkill", ((own,),)),
         SyscallRule("rt_sigqueueinfo", ((own,),)),
         SyscallRule("prlimit64", ((ArgumentCheck(0, (0, pid)),),)),
-        SyscallRule("socket", tuple(sockets), errno.EACCES),
+        SyscallRule("socket", (plain,), errno.EACCES),
         SyscallRule("socketpair", (pair,), errno.EACCES),
         SyscallRule("sendto", ((ArgumentCheck(3, (0,), FAST_OPEN),),), errno.EACCES),
         # With them an open file travels over a socket, and is nowhere to be found while it does.
@@ -131,8 +120,6 @@ def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[SyscallRule
         ),
         SyscallRule("ioctl", ((ArgumentCheck(1, _DEVICE_SIGNALS, not_in=True),),)),
     ]
-    if not (udp or can):
-        found.append(SyscallRule("bind", error=errno.EACCES))
     return found
 
 

@@ -244,7 +244,7 @@ def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Calla
         files=(
             *files(
                 own=[], libraries=known, hidden=[entries.resolve(), folder.parents[1], base.resolve()], folder=folder,
-                written=[], entries=entries_of,
+                entries=entries_of,
             ),
             *((path, Access.READ) for path in reads),
         ),
