@@ -13,7 +13,7 @@ pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 CULPRITS = {
     "raiser": ("Raises", "it fails too often: ZeroDivisionError: float division by zero (broken.py, line 10, in act)"),
-    "looper": ("Loops", "it hangs (broken.py, line 1"),
+    "looper": ("Loops", "it hangs again: Loops.act: a decision may take 5 s (it was at broken.py, line 1"),
     "printer": ("Prints", "OutputFloodError: it has printed more than 2 MB within 10 s (broken.py, line 22, in act)"),
     "eater": ("Eats", "MemoryError (broken.py, line 29, in act)"),
     "nan": ("Nan", "it fails too often: Nan.act: expected finite numbers of m/s and rad/s, got Twist(v=nan, w=0.0)"),

@@ -99,7 +99,8 @@ def test_a_cheat_harms_only_itself_and_is_named(sealed: tuple[Match, Path]) -> N
 def test_sealed_players_get_in_again_after_the_router_has_died(sealed: tuple[Match, Path]) -> None:
     match, _ = sealed
     for name in ("shark", *HONEST_MINNOWS):
-        status = Path(f"/proc/{match.child(name).pid}/status").read_text()
+        (strategy,) = match.child(name).children()
+        status = Path(f"/proc/{strategy.pid}/status").read_text()
         assert re.search(r"^Seccomp:\s2$", status, re.MULTILINE)
         assert re.search(r"^CapEff:\s0+$", status, re.MULTILINE)
     players = {name: match.child(name).pid for name in HONEST_MINNOWS}
