@@ -34,6 +34,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import psutil
 from common import arguments, machine, median, show, write_match
 
 from vrg.agents.player import PERIOD
@@ -55,6 +56,13 @@ from vrg.launch.supervisor import Supervisor
 from vrg.runs.run_folder import RunFolder
 
 PLAYERS = 8
+STRANGER = """
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+
+class Stranger(SharksAndMinnowsPlayer):
+    pass
+"""
 PATIENCE = 30.0
 """s of real time for processes to be ready, and for the match to begin."""
 STOP_PATIENCE = 10.0
@@ -141,11 +149,19 @@ class Run:
     tick: float = 0.02
 
 
-def play(engine: str, lasers: bool, seconds: float) -> Run:
-    """Play for `seconds` of real time after the match has begun."""
+def play(engine: str, lasers: bool, seconds: float, *, strangers: bool) -> Run:
+    """Play for `seconds` of real time after the match has begun.
+
+    Args:
+        strangers: True lets all play by a file, whose strategies decide in processes of their own.
+    """
     with tempfile.TemporaryDirectory() as name:
         base = Path(name)
         setup = write_match(base, PLAYERS, engine=engine, lasers=lasers, name="benchmark-delay")
+        if strangers:
+            (base / "stranger.py").write_text(STRANGER)
+            for player in setup.players:
+                setup = setup.substituted(player.name, "stranger.py:Stranger")
         folder = RunFolder.create(base / "runs", setup.name, datetime.now())
         cpu = _play(setup, folder, seconds)
         return _collect(folder, cpu)
@@ -166,6 +182,8 @@ def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, flo
                 _wait_for(partial(_all_started, supervisor), "the processes")
             _wait_for_play(setup, session)
             pids = {p.spec.name: p.pid for p in supervisor.processes if p.pid} | {"world": world.pid}
+            children = [(name, psutil.Process(pid).children()) for name, pid in pids.items()]
+            pids |= {f"{name} strategy": child.pid for name, [*found] in children for child in found}
             assert world.stdin is not None
             time.sleep(1.0)
             os.write(world.stdin.fileno(), b"+")
@@ -304,12 +322,13 @@ def main() -> None:
         return
     parser = arguments(__doc__)
     parser.add_argument("--rounds", type=int, default=None)
+    parser.add_argument("--strangers", action="store_true", help="all play by a file")
     options = parser.parse_args()
     seconds = 4.0 if options.quick else 25.0
     cases: dict[str, list[Run]] = {"pybullet": [], "planar": []}
     for _ in range(options.rounds or (1 if options.quick else 2)):
         for engine, runs in cases.items():
-            runs.append(play(engine, lasers=True, seconds=seconds))
+            runs.append(play(engine, lasers=True, seconds=seconds, strangers=options.strangers))
             print(_delay_row(engine, runs), file=sys.stderr)
     delays = [_delay_row(engine, runs) for engine, runs in cases.items()]
     processes = [row for engine, runs in cases.items() for row in _process_rows(engine, runs)]

@@ -77,7 +77,8 @@ def match(
     file, own = output / f"{name}.toml", _seen_from(output, players or [])
     game = _game_of(players or [], game)
     if game == "sharks-and-minnows":
-        line = '# strategy = "ann.py:Ann"'.ljust(32) + "# your own player, as `vrg new player ann` writes one"
+        line = '# strategy = "ann.py:Ann"'.ljust(32) + "# your own player, as `vrg new player ann` writes one\n"
+        line = "" if own else line
         text = filled("match.toml.template", name=name, strategy=line)
     else:
         text = with_value(GAMES.get(game).default_match().read_text(encoding="utf-8"), ("name",), name)

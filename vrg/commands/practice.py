@@ -54,6 +54,8 @@ def practice(
             if target is not None:
                 setup = load_match(file, base=Path.cwd())
                 tried.make(setup, setup.players[0].name)
+        if target is None and not options.steps and not options.headless:
+            typer.echo("in the window M and the arrow keys drive the robot by hand; ? lists all keys")
         if not lasting:
             typer.echo("the practice has no end: Ctrl-C ends it, and --for 60 would after 60 s")
         play_match(str(file), PlayOptions(**vars(options)), server, base=Path.cwd())

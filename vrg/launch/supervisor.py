@@ -14,6 +14,7 @@ from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
+from vrg.kinds import SPECTATOR
 from vrg.launch.child import FAILED_FOR_GOOD, HUNG, job_of
 from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
@@ -343,7 +344,7 @@ class Supervisor:
         # Where the fork server has died, it is not known how a node has ended: a window was closed, most likely.
         if status in (0, UNKNOWN_STATUS) and not process.spec.essential:
             self.processes.remove(process)
-            self._announce(f"{name} was closed")
+            self._announce(f"{'the window' if name == SPECTATOR.process else name} was closed")
             self._notes.note(EventKind.CLOSED, name)
             return
         what = self._what_it_said(process)

@@ -82,7 +82,10 @@ def begin(runs: Path = Path("runs"), draft: "Draft | None" = None, *, web: bool 
         signal.signal(number, signal.default_int_handler)
     try:
         opened = has_browser() and webbrowser.open(server.ticket)
-        typer.echo(f"{'the page is open in your browser' if opened else 'open this page in a browser'}: {server.link}")
+        if opened:  # a browser may refuse to start, and not tell
+            typer.echo(f"your browser opens the page; if it does not: {server.link}")
+        else:
+            typer.echo(f"open this page in a browser: {server.link}")
         typer.echo("Ctrl-C ends it")
         outcome = None
         while outcome is None:
