@@ -247,7 +247,7 @@ ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros
 @pytest.mark.parametrize(
     ("typed", "package"),
     [
-        ("can scan", "vrg-bringup"),
+        ("can scan", "vrg-drives"),
         ("check vesc.toml", "vrg-drives"),
         ("edit match.toml", "vrg-edit"),
         ("fuzz roboflag", "vrg-faults"),

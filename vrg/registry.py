@@ -24,7 +24,7 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.calibrations": {"fixes": "vrg-locate"},
     "vrg.can_protocols": {"cia402": "vrg-drives", "moteus": "vrg-drives", "vesc": "vrg-drives"},
     "vrg.commands": {
-        "can": "vrg-bringup", "class": "vrg-class", "compare": "vrg-league", "league": "vrg-league",
+        "can": "vrg-drives", "class": "vrg-class", "compare": "vrg-league", "league": "vrg-league",
         "tournament": "vrg-league", "edit": "vrg-edit", "event": "vrg-class", "mcp": "vrg-mcp",
         "fuzz": "vrg-faults", "locate": "vrg-locate", "run.clip": "vrg-class", "run.export": "vrg-learn",
         "run.report": "vrg-locate", "show.3d": "vrg-three", "node.three": "vrg-three", "show.hud": "vrg-hud",
@@ -37,7 +37,7 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.localisation": {"camera": "vrg-locate", "mocap": "vrg-locate", "ssl": "vrg-locate"},
     "vrg.strategies": {"ros": "vrg-ros"},
     "vrg.strategy_files": {"npz": "vrg-learn"},
-    "vrg.workers": {"ray": "vrg-ray"},
+    "vrg.workers": {"ray": "vrg-league"},
 }  # fmt: skip
 """The plug-ins of VRG that add a name, by the group of its entry point: what is missing is refused with one of them."""
 

@@ -13,7 +13,7 @@ from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.settings import can_settings
 from vrg.hal.models import robot_model
-from vrg_bringup.calibrations import CALIBRATIONS
+from vrg_drives.bringup.calibrations import CALIBRATIONS
 
 
 def calibrate(
@@ -42,7 +42,7 @@ def calibrate(
     """
     from vrg.config.loading import match_path, read_match  # the other tools need no match file
     from vrg.hal.can.train import DriveTrain
-    from vrg_bringup import calibrating  # python-can is for who uses a bus
+    from vrg_drives.bringup import calibrating  # python-can is for who uses a bus
 
     # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
     file, base = read_match(match_path(match)), match_path(match).resolve().parent

@@ -19,7 +19,7 @@ from vrg.hal.can.axis import NEVER
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
 from vrg.hal.can.workshop.survey import unheard
-from vrg_bringup.listened_bus import ASK_PERIOD, BusState, ListenedBus
+from vrg_drives.bringup.listened_bus import ASK_PERIOD, BusState, ListenedBus
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from vrg.hal.can.workshop.simulation import Port
 from vrg.hal.models import robot_model
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose, Twist
-from vrg_bringup.calibrating import Plan, _Runner, calibrate, corrected_ratio, corrected_track
+from vrg_drives.bringup.calibrating import Plan, _Runner, calibrate, corrected_ratio, corrected_track
 
 LINK = Link(interface="virtual", channel="calibrating")
 P2AT = robot_model("P2AT")

@@ -21,7 +21,7 @@ from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.testing.driver import arm
-from vrg_bringup import control_command
+from vrg_drives.bringup import control_command
 
 pytestmark = pytest.mark.usefixtures("simulated")
 

@@ -18,8 +18,8 @@ from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.driver import arm
 from vrg.types import Twist
-from vrg_bringup.listened_bus import BusState
-from vrg_bringup.listening_command import listening, table_of
+from vrg_drives.bringup.listened_bus import BusState
+from vrg_drives.bringup.listening_command import listening, table_of
 from vrg_drives.cia402.codec import Function, NmtCommand, nmt
 from vrg_drives.vesc import codec
 from vrg_drives.vesc.codec import Packet

@@ -6,7 +6,6 @@ so that the games that were played again are counted in one place.
 """
 
 import functools
-import importlib.util
 import io
 import logging
 import os
@@ -25,6 +24,7 @@ from vrg.bus.stopping import StopSignal
 from vrg.config.loading import load_match
 from vrg.config.setup import CheckedMatch
 from vrg.errors import LaunchError
+from vrg.packages import Package, lacking
 from vrg.runs.run_folder import RunFolder, delete, scratch_folder
 from vrg.system import in_main_thread
 from vrg_league.experiment import code_of_vrg
@@ -110,10 +110,9 @@ class RayWorkers(Workers):
         Raises:
             LaunchError: it is not.
         """
-        if importlib.util.find_spec("ray") is None:
+        if why := lacking("ray", Package("vrg-league[ray]", ("ray",))):
             raise LaunchError(
-                "expected the package ray for --ray, found none: pip install 'ray>=2.40,<3', here and on every "
-                "computer of the cluster, or leave out --ray to play on this computer"
+                f"--ray: {why}, here and on every computer of the cluster; or leave out --ray to play on this computer"
             )
 
     def games(self) -> list[ScheduledGame]:

@@ -19,8 +19,8 @@ from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.can.workshop.survey import unheard
 from vrg.hal.models import robot_model
-from vrg_bringup.listened_bus import BusState
-from vrg_bringup.listening_command import listening, table_of
+from vrg_drives.bringup.listened_bus import BusState
+from vrg_drives.bringup.listening_command import listening, table_of
 
 if TYPE_CHECKING:
     from vrg.hal.can.train import DriveTrain
@@ -224,7 +224,7 @@ def jog(
     from vrg.hal.can.guard import COAST_TIMEOUT, TURNING_SPEED
     from vrg.hal.can.plausibility import STANDSTILL_SHARE
     from vrg.hal.can.train import DriveTrain
-    from vrg_bringup.calibrating import bring_up
+    from vrg_drives.bringup.calibrating import bring_up
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
         raise ConfigError(f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}")
@@ -282,7 +282,7 @@ def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, secon
     Raises:
         RobotError: its motor was switched off before its time, as where this program was frozen.
     """
-    from vrg_bringup.calibrating import look_again
+    from vrg_drives.bringup.calibrating import look_again
 
     looked = train.clock.now()
     end = looked + seconds

@@ -1,7 +1,6 @@
 """A cluster of Ray keeps the contract of what plays games; a fake stands in for Ray, unless it is installed."""
 
 import contextlib
-import importlib.util
 import io
 import sys
 import tarfile
@@ -17,7 +16,7 @@ import fake_ray
 import psutil
 import pytest
 import test_workers
-from experiments import match, timeless  # noqa: F401 - a fixture
+from experiments import timeless
 from hypothesis import given
 from hypothesis import strategies as st
 from test_workers import *  # noqa: F403 - the contract
@@ -26,11 +25,11 @@ from test_workers import game_of, play_one
 from vrg.errors import LaunchError
 from vrg_league.experiment import code_of_vrg
 from vrg_league.games import FAILED, OVER, Played, ScheduledGame
+from vrg_league.ray import LOCAL, GameTask, RayWorkers, _connected, archive_of, play, unpack
 from vrg_league.running import Experiment
 from vrg_league.workers import Workers
-from vrg_ray.workers import LOCAL, GameTask, RayWorkers, _connected, archive_of, play, unpack
 
-WITH_RAY = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed: pip install 'ray>=2.40,<3'")
+WITH_RAY = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed: pip install 'vrg-league[ray]'")
 FAKE = pytest.param("fake ray", marks=pytest.mark.thorough)
 """A worker of the fake loads VRG anew for each of its tasks."""
 RAY = pytest.param("ray", marks=WITH_RAY)
@@ -51,7 +50,7 @@ class Bench(test_workers.Bench):
 
 
 @pytest.fixture
-def bench(match: Path) -> Iterator[Bench]:  # noqa: F811
+def bench(match: Path) -> Iterator[Bench]:
     with ExitStack() as stack:
         yield Bench(match, stack)
 
@@ -130,7 +129,7 @@ def test_a_game_of_which_too_many_workers_die_has_failed_and_the_next_one_is_pla
 
 def test_a_worker_with_another_release_is_told_and_nothing_is_counted(bench: Bench, monkeypatch) -> None:
     experiment = bench.experiment("sharks-and-minnows", "Ahead")
-    monkeypatch.setattr("vrg_ray.workers.code_of_vrg", lambda: "other")
+    monkeypatch.setattr("vrg_league.ray.code_of_vrg", lambda: "other")
     with pytest.raises(LaunchError, match="another release of VRG: install this one"):
         experiment.run(bench.workers("fake ray", experiment), threading.Event(), lambda _: None)
     assert experiment.rows() == []
@@ -165,8 +164,8 @@ def test_files_that_would_lie_outside_the_folder_are_refused(tmp_path: Path) -> 
 
 
 def test_without_ray_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(LaunchError, match=r"pip install 'ray>=2\.40,<3'"):
+    monkeypatch.setattr("vrg.packages.find_spec", lambda _: None)
+    with pytest.raises(LaunchError, match=r"--ray: .* pip install 'vrg-league\[ray\]', here and on every computer"):
         RayWorkers.require()
 
 
