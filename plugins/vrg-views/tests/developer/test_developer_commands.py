@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from tests.command_line import invoke
+from tests.command_line import invoke, play_options
 from vrg.commands import page as commands
 from vrg.commands.groups import MatchOptions, PlayOptions
 from vrg.commands.page import print_links
@@ -54,7 +54,8 @@ def test_it_serves_the_page_of_a_running_match_also_without_the_officials_keys(
 
 
 def test_a_match_that_is_played_with_it_has_a_page_and_its_window() -> None:
-    assert PlayOptions(developer=True).address == PlayOptions(web=True).address
+    assert play_options("--developer").address == PlayOptions(web=True).address
+    assert play_options("--developer").drawer == "details"
     assert PlayOptions().address is None
 
 

@@ -2,10 +2,15 @@
 
 from typing import Final
 
-from vrg.plugins import Command
+from vrg.plugins import Command, Option
 from vrg.ui.web.drawers import Drawer
 
-DETAILS: Final = Drawer("Details", package="vrg_views.developer", makes="vrg_views.developer.part:made")
+DETAILS: Final = Drawer(
+    "Details",
+    package="vrg_views.developer",
+    makes="vrg_views.developer.part:made",
+    option=Option("--developer", "Like --web; the official's link opens the details, for developers."),
+)
 """The drawer."""
 DEVELOPER: Final = Command(
     ("show", "developer"),

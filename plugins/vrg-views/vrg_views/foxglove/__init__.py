@@ -4,6 +4,7 @@ from typing import Final
 
 from vrg.kinds import Kind
 from vrg.packages import Package
+from vrg.plugins import Option
 from vrg.seats.seat import SeatKind
 
 KIND: Final = Kind(
@@ -16,6 +17,7 @@ KIND: Final = Kind(
     shown="foxglove",
     views=True,
     opens="vrg_views.foxglove.command:open_foxglove",
+    option=Option("--foxglove", "Let Foxglove on this machine connect, and show all that is recorded."),
     needs={"foxglove": Package("vrg-views[foxglove]", ("foxglove-sdk",))},
 )
 """The process to which Foxglove connects."""

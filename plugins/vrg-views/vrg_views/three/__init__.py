@@ -4,6 +4,7 @@ from typing import Final
 
 from vrg.kinds import Kind
 from vrg.packages import Package
+from vrg.plugins import Option
 from vrg.seats.seat import SeatKind
 
 KIND: Final = Kind(
@@ -18,6 +19,7 @@ KIND: Final = Kind(
     opens="vrg_views.three.command:open_three",
     needs={"viser": Package("vrg-views[three]", ("viser",))},
     replays="vrg_views.three.command:show_replay",
+    option=Option("--3d", "Show it in three dimensions in browsers on this machine."),
     views=True,
 )
 """The process that serves a match in three dimensions."""
