@@ -43,17 +43,6 @@ def command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
     return run
 
 
-def tells_what_a_view_needs(
-    vrg: Vrg, monkeypatch: pytest.MonkeyPatch, view: str, module: str, package: str, install: str
-) -> None:
-    """Check that a view whose package is missing is refused in words that name it, and what installs it."""
-    monkeypatch.setitem(sys.modules, module, None)
-    done = vrg("play", "sharks-and-minnows", "--headless", f"--{view}")
-    assert done.status == 1
-    wrong = f"{view} cannot be shown: the package {package} is not installed"
-    assert f"{wrong}, and this needs it: pip install '{install}'" in done.err
-
-
 def play_options(*typed: str) -> PlayOptions:
     """The options of `vrg play` where these were typed of the ones that packages add."""
     made = extended(PlayOptions, set())

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Vrg, tells_what_a_view_needs
+from tests.command_line import Vrg
 from vrg.config.loading import load_match, match_path
 from vrg.errors import LaunchError
 from vrg.kinds import KINDS, SPECTATOR, Opening, kind_shown
@@ -25,10 +25,6 @@ def test_it_is_a_kind_of_process_with_the_seats_of_a_window() -> None:
     assert KIND.pulse == SPECTATOR.name
     assert load_object(KIND.opens) is open_foxglove
     assert callable(load_object(KIND.node))
-
-
-def test_without_what_shows_it_that_is_told_with_what_installs_it(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
-    tells_what_a_view_needs(vrg, monkeypatch, "foxglove", "foxglove", "foxglove-sdk", "vrg-views[foxglove]")
 
 
 def test_in_a_match_it_is_one_process_which_may_die(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 import zstandard
 from websockets.sync.client import connect
 
-from tests.command_line import Vrg, tells_what_a_view_needs
+from tests.command_line import Vrg
 from tests.system.harness import Match, long_match, short_match, wait_until
 from vrg.config.loading import load_match, match_path
 from vrg.kinds import KINDS, kind_shown
@@ -32,10 +32,6 @@ def test_the_command_line_has_it_all(vrg: Vrg) -> None:
     done = vrg("play", "sharks-and-minnows", "--in-process", "--3d")
     assert done.status == 2
     assert "--3d needs the bus" in done.err
-
-
-def test_without_what_shows_it_that_is_told_with_what_installs_it(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
-    tells_what_a_view_needs(vrg, monkeypatch, "3d", "viser", "viser", "vrg-views[three]")
 
 
 def test_a_recorded_match_is_shown(vrg: Vrg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
