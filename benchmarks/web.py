@@ -4,7 +4,7 @@ One match over processes with a page, at rate 1, for which 0, 1 and 20 viewers, 
 a player open, look at it in turns, several rounds, so that all see the same match on the same machine. A viewer is a
 WebSocket of aiohttp's client in a process of its own, which reads and acknowledges each batch as the page does; it
 draws nothing. Numbers of ticks and of missed ticks are from the pulses of the nodes. CPU is the share of one core, from
-/proc. The details come with the plug-in vrg-developer.
+/proc. The details come with the plug-in vrg-views.
 """
 
 import asyncio

@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,8 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from vrg.cli import main, make_app
+from vrg.commands.added import Added, extended
+from vrg.commands.groups import PlayOptions
 
 
 class Done(NamedTuple):
@@ -40,15 +43,11 @@ def command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
     return run
 
 
-def tells_what_a_view_needs(
-    vrg: Vrg, monkeypatch: pytest.MonkeyPatch, view: str, module: str, package: str, install: str
-) -> None:
-    """Check that a view whose package is missing is refused in words that name it, and what installs it."""
-    monkeypatch.setitem(sys.modules, module, None)
-    done = vrg("play", "sharks-and-minnows", "--headless", f"--{view}")
-    assert done.status == 1
-    wrong = f"{view} cannot be shown: the package {package} is not installed"
-    assert f"{wrong}, and this needs it: pip install '{install}'" in done.err
+def play_options(*typed: str) -> PlayOptions:
+    """The options of `vrg play` where these were typed of the ones that packages add."""
+    made = extended(PlayOptions, set())
+    added = {one.name: each for one in fields(made) for each in one.metadata.values() if isinstance(each, Added)}
+    return made(**{name: each.option.name in typed for name, each in added.items()})
 
 
 def invoke(*arguments: str) -> Result:

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from vrg.errors import ConfigError
 from vrg.packages import Package, lacking
+from vrg.plugins import Option
 from vrg.registry import Registry, expected_one_of, installed_by
 from vrg.seats.seat import NAMED, Seat, SeatKind
 
@@ -50,6 +51,7 @@ class Kind:
             match's set-up, the address that was typed or None, and `secured`: whether only seats are let in. It raises
             a ConfigError or a LaunchError for an address that cannot be used.
         replays: the `module:function` that shows a recorded match, as `vrg.commands.page.serve_replay` does.
+        option: of `vrg play`, which opens it as `--show` does; of `vrg run replay`, too, if it `replays`.
         needs: the packages that it needs to show anything, by the module of each.
         drives: the name of the strategy whose players stand unless a process of this kind drives them.
         stop_order: processes of a lower number are stopped first.
@@ -73,6 +75,7 @@ class Kind:
     shown: str = ""
     opens: str = ""
     replays: str = ""
+    option: Option | None = None
     needs: Mapping[str, Package] = field(default_factory=dict)
     drives: str = ""
     stop_order: int = 1
@@ -145,7 +148,8 @@ BUILT_IN: Final = (ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTA
 
 def _check(found: Any) -> str | None:
     able = isinstance(found, Kind) and (found is ROUTER or found.node or found.command)
-    return None if able else "expected a Kind with a node"
+    able = able and isinstance(found.option, Option | None)
+    return None if able else "expected a Kind with a node, whose option is an Option or None"
 
 
 KINDS: Final[Registry[Kind]] = Registry(

@@ -1,5 +1,6 @@
-"""What plug-ins add besides games, robots and the like: commands, and checks of `vrg doctor`. See docs/plugins.md."""
+"""What plug-ins add besides games, robots and the like: commands, options of VRG's own, checks. See docs/plugins.md."""
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -26,6 +27,25 @@ class Command:
     heading: str
     about: str
     target: str
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option without a value that a view or a drawer adds to `vrg play`.
+
+    Args:
+        name: as it is typed, such as `--scoreboard`. about: its line of the help page.
+
+    Raises:
+        ValueError: nobody can type this name.
+    """
+
+    name: str
+    about: str
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"--[a-z0-9]+(-[a-z0-9]+)*", self.name):
+            raise ValueError(f"expected the name of an option, such as --scoreboard, got {self.name!r}")
 
 
 def _check(found: object) -> str | None:

@@ -19,28 +19,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-OFFERED: Mapping[str, Mapping[str, str]] = {
-    "vrg.backends": {"ros": "vrg-ros"},
-    "vrg.calibrations": {"fixes": "vrg-locate"},
-    "vrg.can_protocols": {"cia402": "vrg-drives", "moteus": "vrg-drives", "vesc": "vrg-drives"},
-    "vrg.commands": {
-        "can": "vrg-bringup", "class": "vrg-class", "compare": "vrg-league", "league": "vrg-league",
-        "tournament": "vrg-league", "edit": "vrg-edit", "event": "vrg-class", "mcp": "vrg-mcp",
-        "fuzz": "vrg-faults", "locate": "vrg-locate", "run.clip": "vrg-class", "run.export": "vrg-learn",
-        "run.report": "vrg-locate", "show.3d": "vrg-three", "node.three": "vrg-three", "show.hud": "vrg-hud",
-        "node.hud": "vrg-hud", "show.ros": "vrg-ros", "node.ros": "vrg-ros", "show.foxglove": "vrg-foxglove",
-        "node.foxglove": "vrg-foxglove", "show.developer": "vrg-developer",
-    },
-    "vrg.drawers": {"details": "vrg-developer"},
-    "vrg.games": {"hud": "vrg-hud"},
-    "vrg.kinds": {"foxglove": "vrg-foxglove", "hud": "vrg-hud", "ros": "vrg-ros", "three": "vrg-three"},
-    "vrg.localisation": {"camera": "vrg-locate", "mocap": "vrg-locate", "ssl": "vrg-locate"},
-    "vrg.strategies": {"ros": "vrg-ros"},
-    "vrg.strategy_files": {"npz": "vrg-learn"},
-    "vrg.workers": {"ray": "vrg-ray"},
-}  # fmt: skip
-"""The plug-ins of VRG that add a name, by the group of its entry point: what is missing is refused with one of them."""
-
 
 class Registry(Generic[T]):
     """One table of names.
@@ -136,12 +114,30 @@ class Registry(Generic[T]):
         return plugins(self.group)
 
 
+def offered(group: str) -> Mapping[str, str]:
+    """The packages of VRG's plug-ins that add something to a group, by the name of what they add.
+
+    Args:
+        group: of entry points; or a command, such as `vrg play`, for its options.
+    """
+    return _offered().get(group, {})
+
+
+@cache
+def _offered() -> Mapping[str, Mapping[str, str]]:
+    import tomllib  # noqa: PLC0415 - only who asks for what is missing needs it
+    from importlib.resources import files  # noqa: PLC0415 - as above
+
+    found: Mapping[str, Mapping[str, str]] = tomllib.loads((files("vrg") / "offered.toml").read_text(encoding="utf-8"))
+    return found
+
+
 def installed_by(group: str, name: str) -> str | None:
     """How to get what a plug-in of VRG adds to a group, as the end of a sentence; None where none adds this name."""
-    package = OFFERED.get(group, {}).get(name)
+    package = offered(group).get(name)
     if package is None:
         return None
-    entries = (entry for offering in OFFERED for entry in plugins(offering).values())
+    entries = (entry for added in groups() for entry in plugins(added).values())
     if any(entry.dist is not None and entry.dist.name == package for entry in entries):
         return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may tell why"
     return f"the package {package} adds: in a clone `make setup`, elsewhere see docs/install.md"

@@ -67,7 +67,7 @@ def test_a_match_that_asks_for_emulated_drives_is_told_that_there_are_none() -> 
 )
 def test_a_command_that_needs_what_it_has_not_says_so(arguments: list[str], words: str) -> None:
     if arguments[0] == "can":
-        pytest.importorskip("vrg_bringup")
+        pytest.importorskip("vrg_drives")
     done = typer.testing.CliRunner().invoke(make_app(), arguments)
     assert isinstance(done.exception, ConfigError)
     assert words in str(done.exception)
@@ -77,7 +77,7 @@ def test_a_command_that_needs_what_it_has_not_says_so(arguments: list[str], word
 def test_who_looks_at_a_bus_is_told_that_its_drives_are_not_found(
     command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("vrg_bringup")
+    pytest.importorskip("vrg_drives")
     lab = Simulation()
     monkeypatch.setattr(drives, "medium", lambda: lab)
     assert unheard()["pulse"] == "it has no listener"

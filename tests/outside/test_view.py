@@ -1,14 +1,16 @@
 """What somebody else's package shows of a match, and what it checks, stands among what comes with VRG."""
 
+from dataclasses import replace
+
 import pytest
 
-from tests.command_line import command_line
+from tests.command_line import command_line, play_options
 from vrg.commands.groups import PlayOptions
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.kinds import kind_shown
+from vrg.kinds import KINDS, kind_shown
 from vrg.launch.specs import kind_of
-from vrg.plugins import CHECKS
+from vrg.plugins import CHECKS, Option
 from vrg.registry import load_object
 
 
@@ -25,9 +27,35 @@ def test_a_view_is_listed_found_and_opened(monkeypatch: pytest.MonkeyPatch, caps
         kind_shown("crier", "replays")
 
 
+def test_its_option_of_play_opens_it(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    vrg = command_line(monkeypatch, capsys)
+    assert "Let a crier print every call." in vrg("play", "--help").out
+    assert "--cry" not in vrg("run", "replay", "--help").out, "it shows running matches only"
+    assert "--cry needs the bus" in vrg("play", "race", "--in-process", "--cry").err
+    assert play_options("--cry").views == {"crier": None}
+    assert play_options().views == {}
+
+
+@pytest.mark.parametrize("name", ["--seed", "--no-record", "--show", "--tls", "--help"])
+def test_an_option_that_vrg_has_is_not_replaced(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kind = replace(KINDS.get("crier"), option=Option(name, "Let a crier print every call."))
+    monkeypatch.setitem(KINDS._found, "crier", kind)
+    said = command_line(monkeypatch, capsys)("play", "--help").out
+    assert name in said
+    assert "Let a crier" not in said
+
+
+@pytest.mark.parametrize("name", ["cry", "-c", "--", "--Cry", "--cry/--no-cry", "--cry out"])
+def test_an_option_that_nobody_can_type_is_refused(name: str) -> None:
+    with pytest.raises(ValueError, match="expected the name of an option, such as --scoreboard"):
+        Option(name, "Let a crier print every call.")
+
+
 def test_an_option_names_views_with_their_addresses() -> None:
-    options = PlayOptions(foxglove=True, show=["crier=oyez", "3d"])
-    assert options.views == {"foxglove": None, "crier": "oyez", "3d": None}
+    options = PlayOptions(show=["crier=oyez", "wall"])
+    assert options.views == {"crier": "oyez", "wall": None}
 
 
 def test_the_doctor_takes_its_check_in() -> None:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 
+from vrg.commands.added import Added, Extended, added_drawers, added_views, extended, names_of, typed
 from vrg.commands.options import (
     EngineOption,
     KeysOption,
@@ -19,7 +20,6 @@ from vrg.commands.options import (
     RouterOption,
     RunsOption,
     SandboxOption,
-    ThreeOption,
     TlsOption,
     web_address,
 )
@@ -131,22 +131,15 @@ class PlayOptions(PracticeOptions):
     tls: TlsOption = False
     page: Annotated[Path | None, typer.Option("--page", hidden=True)] = None
     """The file with the address and the tokens of the page, from the program that shows it to others."""
-    developer: Annotated[
-        bool, typer.Option("--developer", help="Like --web; the official's link opens the details, for developers.")
-    ] = False
-    foxglove: Annotated[
-        bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
-    ] = False
-    three: ThreeOption = False
-    ros: Annotated[bool, typer.Option("--ros", help="Let ROS 2 see it, and drive players with the strategy ros.")] = (
-        False
-    )
     show: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="VIEW[=ADDRESS]", help="Show it in a further view, one that needs no window, such as foxglove."
-        ),
+        typer.Option(metavar="VIEW[=ADDRESS]", help="Show it in a view of `vrg show`, one that needs no window."),
     ] = None
+
+    @staticmethod
+    def added() -> list[Added]:
+        """The options that packages add."""
+        return [*added_views(), *added_drawers()]
 
     def check(self) -> None:
         """See PracticeOptions.check."""
@@ -155,10 +148,8 @@ class PlayOptions(PracticeOptions):
             raise typer.BadParameter("--page tells where the page is served: leave --listen and --tls out")
         if self.tls and not self.address:
             raise typer.BadParameter("--tls encrypts the page, and none is served: add --web or --listen")
-        needing = {
-            "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--ros": self.ros,
-            "--show": self.show, "--developer": self.developer, "--web": self.address,
-        }  # fmt: skip
+        needing = {"--seats": self.seats} | dict.fromkeys((each.option.name for each in typed(self)), True)
+        needing |= {"--show": bool(self.show), "--web": self.address is not None}
         if self.steps and (first := next((name for name, wanted in needing.items() if wanted), None)):
             how = "--lockstep" if self.lockstep else "--in-process"
             raise typer.BadParameter(
@@ -168,20 +159,22 @@ class PlayOptions(PracticeOptions):
     @property
     def address(self) -> tuple[str, int | None] | None:
         """The address and the port at which browsers see it; None serves no page."""
-        served = self.web or self.listen or self.developer or self.page
+        served = self.web or self.listen or self.drawer or self.page
         return web_address(self.listen) if served else None
 
     @property
     def drawer(self) -> str:
         """The name of the drawer of the page that the official's link opens; empty for none."""
-        return "details" if self.developer else ""
+        return next((each.drawer for each in typed(self) if each.drawer), "")
 
     @property
     def views(self) -> dict[str, str | None]:
         """The further views by their names in `vrg show`, with the address that was typed for each."""
-        known = {"foxglove": self.foxglove, "3d": self.three, "ros": self.ros}
-        typed = [each.partition("=") for each in self.show or ()]
-        return {name: None for name, wanted in known.items() if wanted} | {name: at or None for name, _, at in typed}
+        found: dict[str, str | None] = {each.view: None for each in typed(self) if each.view}
+        for each in self.show or ():
+            name, _, at = each.partition("=")
+            found[name] = at or None
+        return found
 
 
 class CommandGroup(typer.Typer):
@@ -192,14 +185,21 @@ class CommandGroup(typer.Typer):
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[F], F]:
         """Add a command of which several options may be one parameter."""
-        add = super().command(name, **settings)
+        add = super().command(name, cls=Extended, **settings)
         return lambda function: add(flat(function))  # type: ignore[return-value]
 
 
 def flat(function: Callable[..., None]) -> Callable[..., None]:
-    """A command for typer in place of one that has parameters of dataclasses: their fields are its own parameters."""
+    """A command for typer in place of one that has parameters of dataclasses: their fields are its own parameters.
+
+    So are the options that packages add to these dataclasses; see `vrg.commands.added.extended`.
+    """
     own = inspect.signature(function, eval_str=True).parameters
     groups: Mapping[str, Any] = {name: p.annotation for name, p in own.items() if is_dataclass(p.annotation)}
+    named = [(one.name, one.type) for kind in groups.values() for one in fields(kind)]
+    named += [(name, parameter.annotation) for name, parameter in own.items()]
+    names = {"--help"} | {each for name, annotation in named for each in names_of(name, annotation)}
+    groups = {name: extended(kind, names) for name, kind in groups.items()}
     taken = {name: [field.name for field in fields(kind)] for name, kind in groups.items()}
     parameters: list[inspect.Parameter] = []
     for name, parameter in own.items():

@@ -89,7 +89,6 @@ MatchArgument = Annotated[
 RouterOption = Annotated[
     str | None, typer.Option("--router", metavar="ENDPOINT", help="Its router, such as tcp/192.168.1.5:7447.")
 ]
-ThreeOption = Annotated[bool, typer.Option("--3d", help="Show it in three dimensions in browsers on this machine.")]
 KEYS_VARIABLE = "VRG_KEYS"
 """The variable that may name the folder of the keys in place of --keys."""
 KeysOption = Annotated[

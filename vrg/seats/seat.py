@@ -24,6 +24,9 @@ class SeatKind(enum.StrEnum):
     match, and HOST a supervisor on a further machine. OFFICIAL decides, and hears everything. WINDOW watches. TRACKER
     locates robots, as a motion-capture system and the fusion centre do. PLAYER is one player with its robot. COMMANDER
     commands one team. HUD is the head-up display of one player.
+
+    No package adds a kind, though it may bring the program that takes a seat, as of HUD: the router's rules follow from
+    the match and the key map alone, on each machine of a match, whatever is installed there.
     """
 
     ROUTER = "router"

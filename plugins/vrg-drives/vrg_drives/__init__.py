@@ -1,1 +1,1 @@
-"""Motor controllers that speak CiA 402, moteus or VESC: a protocol each, with its emulated drive."""
+"""Motor controllers: tools to bring them up, and a protocol each for those that speak CiA 402, moteus or VESC."""

@@ -4,6 +4,7 @@ from typing import Final
 
 from vrg.kinds import Kind
 from vrg.packages import Package
+from vrg.plugins import Option
 from vrg.seats.seat import SeatKind
 
 DRIVEN: Final = "ros"
@@ -19,6 +20,7 @@ KIND: Final = Kind(
     command="vrg_ros.command:ros",
     shown="ros",
     opens="vrg_ros.command:open_ros",
+    option=Option("--ros", "Let ROS 2 see it, and drive players with the strategy ros."),
     needs={"xxhash": Package("vrg-ros", ("xxhash",))},
     drives=DRIVEN,
     views=True,

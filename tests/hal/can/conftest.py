@@ -8,14 +8,14 @@ from tests.hal.can.bench import DeviceBench, Drives, Lab
 from tests.hal.can.handling import driving
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.simulation import Simulation
-from vrg.registry import OFFERED
+from vrg.registry import offered
 
 
 def pytest_runtest_setup(item: pytest.Function) -> None:
     """Leave out what is tested with drives of a plug-in, where that is not installed."""
     values = item.callspec.params.values() if hasattr(item, "callspec") else ()
     named = {name for value in values for name in (value if isinstance(value, list) else [value]) if type(name) is str}
-    missing = (named & OFFERED[PROTOCOLS.group].keys()) - set(PROTOCOLS.names())
+    missing = (named & offered(PROTOCOLS.group).keys()) - set(PROTOCOLS.names())
     if missing:
         pytest.skip(f"no {', '.join(sorted(missing))} without the plug-in")
 

@@ -5,6 +5,7 @@ import json
 import sys
 import tomllib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from functools import reduce
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from vrg.commands.added import Added, added_views, typed
 from vrg.commands.matches import ended_run, need_shown
 from vrg.commands.options import (
     AtOption,
@@ -20,7 +22,6 @@ from vrg.commands.options import (
     RunArgument,
     RunsOption,
     SealedOption,
-    ThreeOption,
     echo,
     need_display,
     no_window,
@@ -38,6 +39,26 @@ _TELL: Final = 0.5
 """The match time in s between two words about how far it is."""
 
 
+@dataclass(frozen=True)
+class ViewOptions:
+    """The options that show a recorded match elsewhere than in a window."""
+
+    web: Annotated[bool, typer.Option("--web", help="Show it as a page in browsers.")] = False
+    view: Annotated[str | None, typer.Option("--show", metavar="VIEW", help="Show it in a view of `vrg show`.")] = None
+    listen: ListenOption = None
+
+    @staticmethod
+    def added() -> list[Added]:
+        """The options that packages add."""
+        return [*added_views("replays")]
+
+    @property
+    def views(self) -> list[str]:
+        """The views that were asked for, by their names in `vrg show`; all but one are too many."""
+        asked = [*(each.view for each in typed(self)), "web" * self.web, self.view or ""]
+        return [name for name in asked if name] or ["web"] * (self.listen is not None)
+
+
 def replay(
     run: RunArgument = None,
     at: AtOption = None,
@@ -52,10 +73,8 @@ def replay(
     runs: RunsOption = Path("runs"),
     sandbox: SealedOption = True,
     as_json: JsonOption = False,
-    in_three: ThreeOption = False,
-    web: Annotated[bool, typer.Option("--web", help="Show it as a page in browsers.")] = False,
-    view: Annotated[str | None, typer.Option("--show", metavar="VIEW", help="Show it in a view of `vrg show`.")] = None,
-    listen: ListenOption = None,
+    *,
+    elsewhere: ViewOptions,
 ) -> None:
     """Watch a recorded match in a window or in browsers: pause it, go through it step by step, or from call to call.
 
@@ -65,10 +84,10 @@ def replay(
     --json that prints lines of JSON, and no window is opened; without --play and --set it prints what was recorded as
     one object.
     """
-    views = [name for name, wanted in (("3d", in_three), ("web", web), (view, view)) if name and wanted]
-    if as_json + len(views) > 1 or (as_json and listen):
-        raise LaunchError("expected one of --json, --3d, --web and --show, got more than one")
-    views = views or ["web"] * (listen is not None)
+    views = elsewhere.views
+    if as_json + len(views) > 1:
+        names = ", ".join(("--json", *(each.option.name for each in ViewOptions.added()), "--web"))
+        raise LaunchError(f"expected one of {names} and --show, got more than one")
     kind = kind_shown(views[0], "replays") if views else None
     folder, setup = ended_run(run, runs)
     if play or settings:
@@ -89,7 +108,7 @@ def replay(
 
         taken = read_for_window(folder, setup)
         typer.echo(taken.note, nl=bool(taken.note))
-        loaded(kind.replays, f"--show {kind.shown}")(taken.timeline, setup, at, listen)
+        loaded(kind.replays, f"--show {kind.shown}")(taken.timeline, setup, at, elsewhere.listen)
         return
     from vrg.runs.replay import replay_window
     from vrg.ui.window.replay import show

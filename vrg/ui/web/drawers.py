@@ -11,6 +11,7 @@ from importlib.resources.abc import Traversable
 from typing import Any, Final, Protocol
 
 from vrg.errors import ConfigError
+from vrg.plugins import Option
 from vrg.registry import Registry, imported, load_object
 from vrg.ui.scene import Scene
 
@@ -44,11 +45,13 @@ class Drawer:
     Args:
         title: of its button. package: the package whose folder `static` has its files, SCRIPT among them.
         makes: the `module:function` that makes its Content for the `vrg.launch.context.NodeContext` of the page.
+        option: of `vrg play`, which serves the page with a link of the official's that opens it.
     """
 
     title: str
     package: str
     makes: str
+    option: Option | None = None
 
     @property
     def folder(self) -> Traversable:
@@ -69,7 +72,8 @@ class Drawer:
 
 
 def _check(found: object) -> str | None:
-    return None if isinstance(found, Drawer) else "expected a vrg.ui.web.drawers.Drawer"
+    able = isinstance(found, Drawer) and isinstance(found.option, Option | None)
+    return None if able else "expected a vrg.ui.web.drawers.Drawer, whose option is an Option or None"
 
 
 DRAWERS: Final[Registry[Drawer]] = Registry("drawer", "vrg.drawers", {}, _check)

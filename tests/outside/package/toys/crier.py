@@ -7,6 +7,7 @@ from vrg.config.setup import MatchSetup
 from vrg.kinds import Kind, Opening
 from vrg.launch.context import Made, NodeContext
 from vrg.launch.findings import Finding
+from vrg.plugins import Option
 from vrg.seats.seat import SeatKind
 
 
@@ -50,5 +51,6 @@ KIND = Kind(
     process="crier",
     shown="crier",
     opens="toys.crier:opening",
+    option=Option("--cry", "Let a crier print every call."),
     views=True,
 )

@@ -11,7 +11,7 @@ from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.troubles import NoFdError
 from vrg.hal.can.workshop.listener import REPEATS, Claim, Listener
 from vrg.hal.clock import Clock
-from vrg.registry import OFFERED
+from vrg.registry import offered
 
 log = logging.getLogger(__name__)
 
@@ -47,7 +47,7 @@ def all_listeners(send: Send, clock: Clock) -> list[Listener[Any]]:
 def unheard() -> dict[str, str]:
     """The protocols whose drives cannot be found, or stopped, on a bus, by name; and why, in words."""
     found = {}
-    for name in sorted({*PROTOCOLS.names(), *OFFERED[PROTOCOLS.group]}):
+    for name in sorted({*PROTOCOLS.names(), *offered(PROTOCOLS.group)}):
         try:
             protocol = PROTOCOLS.get(name)
             if protocol.listener is None:

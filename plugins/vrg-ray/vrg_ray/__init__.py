@@ -1,1 +1,0 @@
-"""Plays the games of comparisons and tournaments on a cluster of Ray."""
