@@ -24,12 +24,12 @@ from pathlib import Path
 
 from common import arguments, endpoint_of, playing, quantile, show
 
-from vrg.bus.hosts import host_of, port_of
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.config.loading import match_path
+from vrg.hosts import host_of, port_of
 
 SECONDS = 300.0
 BYTES_PER_SECOND = 60_000

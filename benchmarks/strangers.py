@@ -26,10 +26,10 @@ from common import arguments, show
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from vrg.bus.hosts import host_of, port_of
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.errors import BusError
+from vrg.hosts import host_of, port_of
 from vrg.launch.running import RunningMatch, running
 from vrg.seats.credentials import find_credentials
 from vrg.seats.seat import Seat, SeatKind

@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from vrg.bus.names import is_name, normal
+from vrg.names import is_name, normal
 
 _LETTERS = st.characters(categories=["L", "N", "M"], include_characters="_-")
 """What names are made of, so that few texts are none."""

@@ -19,6 +19,7 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 from tests.command_line import invoke
 from tests.damage import deep, mutants
 from tests.tiny import TINY
+from vrg.config.code_files import imported
 from vrg.config.loading import load_match
 from vrg.config.setup import read_setup
 from vrg.coordinator.evidence import read_evidence
@@ -27,7 +28,6 @@ from vrg.errors import VrgError
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.workshop.odrive.listener import read_endpoints
 from vrg.hal.sim.map import MAPS, load_map
-from vrg.launch.code_files import imported
 from vrg.modules import classes_in
 from vrg.recording.recorded import read_recorded
 from vrg.runs.change import branch_of

@@ -9,6 +9,7 @@ import pytest
 from click.testing import Result
 
 from tests.command_line import invoke
+from vrg.bus.access import rules
 from vrg.bus.session import configuration
 from vrg.commands import node
 from vrg.commands.keys import seat_of
@@ -16,7 +17,6 @@ from vrg.commands.page import encrypted, open_page, reached_at
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.games import GAMES
-from vrg.seats.access import rules
 from vrg.seats.seat import Seat, SeatKind
 from vrg.ui.web.admission import Admission, admission
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from vrg.bus.names import NAME_RULE
 from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.launch.child import Job, job_of
 from vrg.launch.specs import placed, specs
+from vrg.names import NAME_RULE
 
 MATCH = """
 name = "machines"

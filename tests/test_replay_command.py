@@ -17,10 +17,10 @@ from tests.system.harness import short_match
 from vrg.config.setup import read_setup
 from vrg.coordinator.journal import read_journal
 from vrg.errors import LaunchError
+from vrg.playing.replay import replay_window
 from vrg.recording.foxglove import Time
 from vrg.recording.mcap_file import McapFile
 from vrg.registry import Registry
-from vrg.runs.replay import replay_window
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.window.replay import ReplayWindow
 

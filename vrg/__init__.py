@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vrg.api import judge, play
-    from vrg.runs.run import Run
+    from vrg.playing.run import Run
 
 __all__ = ["Run", "__version__", "judge", "play"]
 __version__ = "0.1.0"

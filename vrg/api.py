@@ -14,10 +14,10 @@ from vrg.launch.fork_server import fork_server
 from vrg.launch.over_processes import Show
 from vrg.playing.match import Way, new_run, prepare
 from vrg.playing.match import play as play_setup
+from vrg.playing.run import Run
 from vrg.playing.trial import trial
 from vrg.runs.change import by_player
 from vrg.runs.judged import Judged, judge_folder
-from vrg.runs.run import Run
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 

@@ -3,13 +3,12 @@
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from msgspec import Struct
 
 from vrg.errors import ConfigError
 from vrg.registry import Registry, groups, imported, installed_by, plugins
-
-if TYPE_CHECKING:
-    from vrg.launch.findings import Finding
 
 
 @dataclass(frozen=True)
@@ -27,6 +26,19 @@ class Command:
     heading: str
     about: str
     target: str
+
+
+class Finding(Struct, frozen=True):
+    """The result of one check.
+
+    Args:
+        what: the name of what was checked. text: the result in words.
+        good: True or False for what VRG needs; None for what is only good to know.
+    """
+
+    what: str
+    good: bool | None
+    text: str
 
 
 @dataclass(frozen=True)
@@ -58,10 +70,10 @@ def _check(found: object) -> str | None:
 COMMANDS: Final[Registry[Command]] = Registry("command", "vrg.commands", {}, _check)
 """Every command of other packages; the name of an entry point is the command's path, joined by dots."""
 
-CHECKS: Final[Registry[Callable[[], "Finding"]]] = Registry(
+CHECKS: Final[Registry[Callable[[], Finding]]] = Registry(
     "check", "vrg.checks", {}, lambda found: None if callable(found) else "expected a function"
 )
-"""Every check that other packages add to `vrg doctor`: a function that returns a `vrg.launch.findings.Finding`."""
+"""Every check that other packages add to `vrg doctor`: a function that returns a `Finding`."""
 
 
 def commands_below(path: Sequence[str]) -> Iterator[Command]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrg.bus.hosts import check_host, is_host
+from vrg.hosts import check_host, is_host
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from tests.naming import names
 from vrg.bus import messages as m
-from vrg.bus.names import check_name, chunk_of, name_of, normal
 from vrg.bus.topics import Keys, key_matches, name_in
 from vrg.errors import ConfigError
 from vrg.hal.sensors import message_class
 from vrg.hal.sensors.laser import Laser
+from vrg.names import check_name, chunk_of, name_of, normal
 
 SOME = ["ann", "player-1", "Ольга", "山田", "José", "Αθηνά", "หนึ่ง", "ö", "7-zwerge"]
 

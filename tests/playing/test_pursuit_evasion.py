@@ -11,6 +11,7 @@ import pytest
 
 from tests.playing import matches
 from tests.playing.matches import calls_of
+from vrg.bus.access import hears
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
 from vrg.bus.node import Node, Tick
@@ -26,7 +27,6 @@ from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS
 from vrg.playing.in_process import Ending
 from vrg.runs.run_folder import RunFolder
-from vrg.seats.access import hears
 from vrg.seats.seat import Roster, Seat, SeatKind
 
 TOO_NEAR = 0.35

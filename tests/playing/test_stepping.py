@@ -34,10 +34,10 @@ from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.seal import missing
 from vrg.playing import apart, in_process
 from vrg.playing.apart import Strategies, StrategyHere, SubprocessStrategy
+from vrg.playing.branch import play_branch, repeat_match
 from vrg.playing.contained import ContainedPlayer
 from vrg.playing.deciding import Decided, Failed, Ready
 from vrg.playing.in_process import Ending
-from vrg.runs.branch import play_branch, repeat_match
 from vrg.runs.change import Change
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder

@@ -28,8 +28,8 @@ from vrg.games import strategies_of
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
-from vrg.runs.branch import last_instant, play_branch
-from vrg.runs.brancher import Progress, progress_of
+from vrg.playing.branch import last_instant, play_branch
+from vrg.playing.brancher import Progress, progress_of
 from vrg.runs.change import Change, branch_of
 from vrg.runs.judged import judge_run
 from vrg.runs.keeping import keep
@@ -80,7 +80,7 @@ def taken_up(
     of: RunFolder, runs: Path, change: Change, progress: Callable[[float], object] = id, stop: Stop | None = None
 ) -> RunFolder:
     """The match as it goes on; the picture of it is made by the command only, as it takes long."""
-    with mock.patch("vrg.runs.branch.plot"):
+    with mock.patch("vrg.playing.branch.plot"):
         return play_branch(of, [change], runs, NOW, progress=progress, stop=stop or Stop())  # type: ignore[arg-type]
 
 

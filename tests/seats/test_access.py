@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.naming import names
-from vrg.bus.names import chunk_of
+from vrg.bus.access import NODE_OF_SEAT, hears, in_words, lines, may_publish, rules, speaks
 from vrg.bus.topics import Keys, Qos, TopicLine, key_matches, router_alive
-from vrg.seats.access import NODE_OF_SEAT, hears, in_words, lines, may_publish, rules, speaks
+from vrg.names import chunk_of
 from vrg.seats.seat import NAMED, Roster, Seat, SeatKind
 
 ROSTER = Roster("final", {"ann": "red", "bob": "red", "cid": "blue", "Łukasz": "blue"}, fed=("bob",), hosts=("pi",))

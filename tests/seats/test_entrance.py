@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 
 from tests.bus.bench import free, wait
+from vrg.bus import entrance as subject
 from vrg.bus.configuration import MAX_MESSAGE_SIZE
-from vrg.bus.hosts import host_of, port_of
+from vrg.bus.entrance import _Hall, begins_handshake, entrance
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import stop_on_signals
-from vrg.seats import entrance as subject
+from vrg.hosts import host_of, port_of
 from vrg.seats.credentials import find_credentials
-from vrg.seats.entrance import _Hall, begins_handshake, entrance
 from vrg.seats.folder import KeysFolder
 from vrg.seats.seat import Roster, Seat, SeatKind
 

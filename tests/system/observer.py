@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from vrg.bus import messages as m
+from vrg.bus.access import may_publish
 from vrg.bus.codec import Received, decode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, name_in
 from vrg.coordinator.attendance import ABSENCE_TIMEOUT as AWAY
 from vrg.errors import MessageError
-from vrg.seats.access import may_publish
 
 T = TypeVar("T", bound=m.Message)
 

@@ -17,8 +17,8 @@ import msgspec
 from vrg.bus.codec import Received, plain
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import SAY_LIMIT, LinkCount, Say
-from vrg.bus.names import name_of
 from vrg.bus.topics import Keys
+from vrg.names import name_of
 from vrg.radio_settings import LinkSettings, RadioSettings
 from vrg.types import Vector
 

@@ -11,6 +11,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
+from vrg.bus.access import may_publish
 from vrg.bus.codec import Header, header
 from vrg.bus.flood import MAX_MESSAGE_RATE, FlowMeter
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin
@@ -18,7 +19,6 @@ from vrg.bus.messages import Message
 from vrg.bus.topics import Qos
 from vrg.bus.transport import OnArrival
 from vrg.errors import MessageError, MisroutedError
-from vrg.seats.access import may_publish
 
 log = logging.getLogger(__name__)
 

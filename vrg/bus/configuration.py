@@ -57,7 +57,7 @@ def router_settings(
 
     Args:
         credentials: those of the seat `router`; None lets everybody in.
-        access: who may do what, as `vrg.seats.access.rules` makes it; None lets everybody do everything.
+        access: who may do what, as `vrg.bus.access.rules` makes it; None lets everybody do everything.
         upstream: the endpoint of another router to be linked with.
     """
     others = [] if upstream is None else [upstream]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.names import chunk_of
+from vrg.names import chunk_of
 
 TIME_TOLERANCE = 1e-6
 """The time in s below which two match times count as the same instant."""

@@ -385,7 +385,7 @@ def open_router(
         upstream: the endpoint of another router. The two are linked, and linked again whenever the link was lost, so
             that the clients of both hear one another.
         credentials: those of the seat `router`; None lets everybody in.
-        access: who may do what, as `vrg.seats.access.rules` makes it; None lets everybody do everything.
+        access: who may do what, as `vrg.bus.access.rules` makes it; None lets everybody do everything.
 
     Raises:
         BusError: the endpoint is taken or cannot be listened on.
@@ -395,7 +395,7 @@ def open_router(
         try:
             listeners, open_entrance = [endpoint], None
             if credentials is not None:
-                from vrg.seats.entrance import doors, entrance  # noqa: PLC0415 - only routers load asyncio
+                from vrg.bus.entrance import doors, entrance  # noqa: PLC0415 - only routers load asyncio
 
                 listeners = doors()
                 open_entrance = stack.enter_context(entrance(endpoint, listeners))

@@ -1,7 +1,7 @@
 """The key map: every key expression of a match, the message that travels on it, how it is delivered, and who may.
 
 `Keys` is the table: one line for each key, and no other module writes a key by hand. docs/bus.md shows it to people who
-write programs in other languages, and `vrg.seats.access` makes the router's rules of it.
+write programs in other languages, and `vrg.bus.access` makes the router's rules of it.
 """
 
 import enum
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, overload
 
 from vrg.bus import messages as m
-from vrg.bus.names import check_name, chunk_of, name_of
+from vrg.names import check_name, chunk_of, name_of
 from vrg.seats.parties import (
     COMMANDER,
     DEVICE,

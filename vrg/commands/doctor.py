@@ -23,11 +23,10 @@ from vrg.commands.options import JsonOption, no_window
 from vrg.errors import VrgError
 from vrg.hal.sim.engines import BULLET, check_installed
 from vrg.launch.endpoints import free_endpoint
-from vrg.launch.findings import Finding
 from vrg.launch.running import running
 from vrg.modules import silent_errors
 from vrg.packages import Package, lacking, modules_of
-from vrg.plugins import CHECKS, broken
+from vrg.plugins import CHECKS, Finding, broken
 from vrg.seats.seat import Seat, SeatKind
 
 

@@ -15,9 +15,10 @@ from vrg.config.files import HERE
 from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, LaunchError
-from vrg.launch.findings import Finding, examine
+from vrg.launch.findings import examine
 from vrg.launch.remote.reaching import remote_hosts, router_endpoints, wait_for
 from vrg.launch.remote.remote_host import RemoteHost, StartupStep
+from vrg.plugins import Finding
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
 

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vrg.bus.access import rules as access_rules
 from vrg.bus.configuration import check_endpoint, router_settings
-from vrg.bus.hosts import check_host, is_host
-from vrg.bus.names import check_name, name_of
 from vrg.commands.groups import CommandGroup
 from vrg.commands.options import (
     GameArgument,
@@ -27,8 +26,9 @@ from vrg.commands.options import (
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.files import write_whole
+from vrg.hosts import check_host, is_host
 from vrg.kinds import ROUTER
-from vrg.seats.access import rules as access_rules
+from vrg.names import check_name, name_of
 from vrg.seats.credentials import find_credentials
 from vrg.seats.seat import NAMED, Seat, SeatKind
 

@@ -15,10 +15,10 @@ from typing import Annotated
 
 import typer
 
-from vrg.bus.names import NAME_RULE, is_name, normal
 from vrg.commands.groups import CommandGroup
 from vrg.config.targets import class_in
 from vrg.errors import ConfigError
+from vrg.names import NAME_RULE, is_name, normal
 from vrg.templates import filled
 from vrg.toml_text import quoted, with_value
 

@@ -9,9 +9,9 @@ from typing import Annotated, TypeVar
 
 import typer
 
+from vrg.bus.access import DECIDING
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import REASON_LENGTH, Official, OfficialAction, RefereeState, SeatRequest, shortened
-from vrg.bus.names import is_name
 from vrg.bus.node import sender_of
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys
@@ -20,7 +20,7 @@ from vrg.commands.matches import connected, own_match
 from vrg.commands.options import PlayerArgument, PoseOption, StrategyArgument, TeamArgument
 from vrg.config.targets import whole_target
 from vrg.errors import BusError, ConfigError
-from vrg.seats.access import DECIDING
+from vrg.names import is_name
 from vrg.seats.seat import Seat, SeatKind
 
 T = TypeVar("T")

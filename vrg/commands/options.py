@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrg.bus.hosts import netloc
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import write_whole
+from vrg.hosts import netloc
 from vrg.types import printable
 
 if TYPE_CHECKING:

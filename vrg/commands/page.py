@@ -14,7 +14,6 @@ import psutil
 import typer
 from rich.console import Console
 
-from vrg.bus.hosts import netloc
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import (
@@ -27,6 +26,7 @@ from vrg.commands.options import (
 )
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
+from vrg.hosts import netloc
 from vrg.kinds import WEB
 from vrg.launch.first_state import first_state
 from vrg.packages import lacking

@@ -69,7 +69,7 @@ def play(match: GameArgument, options: PlayOptions) -> None:
         return
     _print_next(played[0].path)
     if wants_replay(played[0]):
-        from vrg.runs.replay import replay_window
+        from vrg.playing.replay import replay_window
         from vrg.ui.window.replay import show
 
         show(replay_window(*played, runs=options.runs))

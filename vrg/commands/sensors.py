@@ -11,7 +11,6 @@ from rich.live import Live
 from vrg.bus.codec import Received, decode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import CameraRequest, SensorMessage, Stage
-from vrg.bus.names import chunk_of, name_of
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
@@ -24,6 +23,7 @@ from vrg.errors import BusError, ConfigError, LaunchError, MessageError
 from vrg.hal.sensors import message_class
 from vrg.hal.sensors.camera import Camera
 from vrg.launch.first_state import first_state
+from vrg.names import chunk_of, name_of
 from vrg.registry import expected_one_of
 from vrg.ui.readings import Watched, sensor_table
 

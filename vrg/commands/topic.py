@@ -16,7 +16,6 @@ import msgspec
 import typer
 
 from vrg.bus.codec import decode
-from vrg.bus.names import name_of
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
@@ -25,6 +24,7 @@ from vrg.commands.matches import connected, which_match
 from vrg.commands.options import JsonOption, lasting
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_class
+from vrg.names import name_of
 from vrg.seats.seat import Seat, SeatKind
 
 QUEUE_LENGTH = 1000

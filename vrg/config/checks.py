@@ -9,7 +9,6 @@ from msgspec import structs
 from pydantic import ValidationError
 
 from vrg.bus.messages import LARGE_ZONES
-from vrg.bus.names import is_name
 from vrg.config.files import HERE, PLACED, Machine, MatchFile, PlayerEntry, RadioTable
 from vrg.coordinator.rulebook import RuleBook
 from vrg.errors import ConfigError, Path, Problem
@@ -21,6 +20,7 @@ from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.map import Map, load_map
 from vrg.localisation.source import SOURCES, read_source
+from vrg.names import is_name
 from vrg.regions import Polygon, touch
 from vrg.registry import did_you_mean, expected_one_of
 from vrg.tables import problems_of

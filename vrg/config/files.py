@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 from msgspec import Struct, field, structs
 
-from vrg.bus.hosts import check_host
-from vrg.bus.names import NAME_RULE, is_name, normal
 from vrg.games import GAMES, PLANNERS
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
+from vrg.hosts import check_host
 from vrg.kinds import BY_PROCESS, COORDINATOR, RECORDER, ROUTER, SPECTATOR, WORLD
+from vrg.names import NAME_RULE, is_name, normal
 from vrg.radio_settings import LinkSettings, RadioSettings
 from vrg.types import Pose
 

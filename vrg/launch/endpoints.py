@@ -4,8 +4,8 @@ import socket
 from collections.abc import Sequence
 from typing import Any
 
-from vrg.bus.hosts import netloc
 from vrg.bus.session import DEFAULT_ENDPOINT
+from vrg.hosts import netloc
 
 
 def free_port(host: str, wanted: int, tries: int = 20) -> int:

@@ -6,28 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
-from msgspec import Struct
 
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.launch.sandbox.seal import missing
 from vrg.localisation.source import read_source
+from vrg.plugins import Finding
 
 _COMMAND_TIMEOUT = 120.0
 """The real time in s for one of the commands below, which load everything that VRG has."""
-
-
-class Finding(Struct, frozen=True):
-    """The result of one check.
-
-    Args:
-        what: the name of what was checked. text: the result in words.
-        good: True or False for what VRG needs; None for what is only good to know.
-    """
-
-    what: str
-    good: bool | None
-    text: str
 
 
 def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:

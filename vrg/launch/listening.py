@@ -13,10 +13,8 @@ from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Qos, name_in
 from vrg.errors import MessageError
 from vrg.recording.stops import REST_TIME
-from vrg.runs.events import Event, EventKind, EventLog
+from vrg.runs.events import REFEREE, WORLD, Event, EventKind, EventLog
 
-REFEREE, WORLD = "referee", "world"
-"""The names of the links of the referee's states and of the world's clock."""
 CLOCK_TIMEOUT = 0.1
 """The real time in s without a clock after which the poses of physical robots are logged: match time stands."""
 LATCHES = 1.0

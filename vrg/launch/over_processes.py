@@ -13,7 +13,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 
-from vrg.bus.hosts import host_of, port_of
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
@@ -22,6 +21,7 @@ from vrg.bus.stopping import Stop
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
+from vrg.hosts import host_of, port_of
 from vrg.kinds import SPECTATOR
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.host import Host

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrg.blame import DecisionTimeoutError
+from vrg.bus.access import rules
 from vrg.bus.process import Statistics, run_node
 from vrg.bus.session import Session, open_router, open_session
 from vrg.bus.stopping import Stop, StopSignal, stop_on_signals
@@ -24,7 +25,6 @@ from vrg.kinds import ROUTER, Kind
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
 from vrg.registry import load_object
 from vrg.runs.run_folder import RunFolder
-from vrg.seats.access import rules
 from vrg.seats.credentials import find_credentials, is_official
 from vrg.system import POSIX, bound_processor_time
 

@@ -17,7 +17,7 @@ from typing import Any, Final
 from vrg.bus.stopping import Stop
 from vrg.errors import LaunchError
 from vrg.launch.serving import held
-from vrg.runs.run import Run
+from vrg.playing.run import Run
 
 _LOOKED: Final = 0.2
 """The real time in s between two looks at whether a match has ended."""

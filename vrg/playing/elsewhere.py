@@ -13,10 +13,10 @@ from msgspec import structs
 
 from vrg import __version__
 from vrg.bus.stopping import stop_on_signals
+from vrg.config.code_files import imported, readable_parts
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import file_of
-from vrg.launch.code_files import imported, readable_parts
 from vrg.launch.remote.travel import take_in
 from vrg.launch.remote.wire import BANNER, FilePart
 from vrg.playing.deciding import Job, decide

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from vrg.bus.names import chunk_of
+from vrg.names import chunk_of
 from vrg.types import Vector
 
 VIEW: Final = "/view/"

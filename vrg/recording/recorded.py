@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vrg.bus import messages as m
-from vrg.bus.names import name_of
+from vrg.names import name_of
 from vrg.recording.mcap_reading import messages_in
 from vrg.types import Twist
 

@@ -25,13 +25,13 @@ from msgspec import Struct
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox, is_power_of_ten
-from vrg.bus.names import name_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
 from vrg.errors import MessageError
 from vrg.games import UNKNOWN_GAME, game_of, look
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.spec import Recorded
+from vrg.names import name_of
 from vrg.recording import foxglove as fg
 from vrg.recording.layout import VIEW
 from vrg.recording.mcap_file import McapFile

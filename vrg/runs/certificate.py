@@ -9,7 +9,6 @@ from vrg.bus.messages import at_rest
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
 from vrg.errors import JournalError, MessageError
-from vrg.launch.listening import WORLD
 from vrg.recording.stops import (
     REST_TIME,
     Incident,
@@ -22,7 +21,7 @@ from vrg.recording.stops import (
     stops_of,
     worst,
 )
-from vrg.runs.events import Event, EventKind, read_events
+from vrg.runs.events import WORLD, Event, EventKind, read_events
 from vrg.runs.incidents import LAUNCHER_NAME, RunData, incidents_of
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Twist

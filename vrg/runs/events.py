@@ -17,6 +17,9 @@ from vrg.files import RECORDS_LIMIT, read_bytes, records_of
 
 log = logging.getLogger(__name__)
 
+REFEREE, WORLD = "referee", "world"
+"""The names in events of the referee's states and of the world's clock, as links."""
+
 _json = msgspec.json.Encoder()
 
 

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 from vrg.bus.messages import EMERGENCY_STOP, Estop, EstopRelease
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
-from vrg.launch.listening import REFEREE, WORLD
 from vrg.recording.stops import Incident, IncidentKind
-from vrg.runs.events import Event, EventKind
+from vrg.runs.events import REFEREE, WORLD, Event, EventKind
 
 LAUNCHER_NAME = "vrg play"
 """The name of the launcher in an incident."""

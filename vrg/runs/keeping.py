@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
+from vrg.config.code_files import imported
 from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.files import write_json, write_whole
 from vrg.games import file_of
 from vrg.hal.sensors.depiction import Rays
-from vrg.launch.code_files import imported
 from vrg.localisation.source import read_source
 from vrg.modules import module_in
 from vrg.recording.layout import foxglove_layout

@@ -16,8 +16,8 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from vrg.bus.hosts import check_host
 from vrg.errors import ConfigError
+from vrg.hosts import check_host
 from vrg.seats.seat import LONGEST_COMMON_NAME, Seat, SeatKind
 
 SLACK = timedelta(days=1)

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from vrg.bus.names import chunk_of
+from vrg.names import chunk_of
 
 LONGEST_COMMON_NAME = 64
 """The number of characters that X.509 allows in a common name (RFC 5280, ub-common-name)."""

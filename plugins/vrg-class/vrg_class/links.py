@@ -9,11 +9,11 @@ from typing import Annotated, Final, NamedTuple
 import typer
 from rich.console import Console
 
-from vrg.bus.hosts import check_host, netloc
 from vrg.commands.options import port_at, web_address
 from vrg.commands.page import encrypted, reached_at, remark_on
 from vrg.errors import ConfigError
 from vrg.files import read_text, write_whole
+from vrg.hosts import check_host, netloc
 from vrg.seats.authority import fingerprint
 from vrg.ui.web.admission import TOKEN_BYTES, Admission, read_admission
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from vrg.bus.messages import Zone
+from vrg.config.code_files import imported, readable_parts
 from vrg.config.loading import check_match, check_strategies
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError, Path, Problem
 from vrg.games import has_name
 from vrg.hal.sim.map import load_map
-from vrg.launch.code_files import imported, readable_parts
 from vrg.playing.trial import trial
 from vrg.regions import Region
 from vrg.toml_text import without

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 from typing import Any, Final
 
-from vrg.bus.names import NAME_RULE, is_name
 from vrg.errors import FileError, Path, Problem, VrgError
 from vrg.files import read_text
 from vrg.games import GAMES, game_of
+from vrg.names import NAME_RULE, is_name
 from vrg.types import Pose
 from vrg.ui.web.parts import colours
 from vrg_edit.checking import CheckResult, DraftCheck, problem_text

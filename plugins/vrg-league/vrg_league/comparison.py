@@ -8,7 +8,7 @@ import pyarrow as pa
 
 from vrg.errors import LaunchError
 from vrg.games import game_of
-from vrg.runs.run import Picture
+from vrg.playing.run import Picture
 from vrg_league import files, report
 from vrg_league.folder import write_report, writing
 from vrg_league.running import Experiment

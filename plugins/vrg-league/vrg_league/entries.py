@@ -15,9 +15,9 @@ from typing import Final
 
 from msgspec import Struct, structs
 
-from vrg.bus.names import normal
 from vrg.errors import ConfigError
 from vrg.games import is_strategy_file
+from vrg.names import normal
 from vrg.system import FILE_FLAGS, POSIX, UNWAITED_FLAGS
 from vrg.types import printable
 

@@ -17,8 +17,8 @@ from vrg import __version__
 from vrg.config.setup import CheckedMatch, read_setup
 from vrg.errors import Path as Place
 from vrg.games import STRATEGIES, STRATEGY_FILES, file_of
+from vrg.playing.branch import check_instant
 from vrg.registry import plugins
-from vrg.runs.branch import check_instant
 from vrg.runs.change import Branch, Change, changes_in
 from vrg.runs.keeping import files_of
 from vrg.runs.run_folder import RunFolder

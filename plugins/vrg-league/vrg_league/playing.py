@@ -33,7 +33,7 @@ from vrg.launch.sandbox.seal import missing
 from vrg.launch.vacancies import disqualification
 from vrg.playing import in_process
 from vrg.playing.apart import Strategies
-from vrg.runs.branch import play_on
+from vrg.playing.branch import play_on
 from vrg.runs.change import branch_of
 from vrg.runs.evidenced import read_evidenced
 from vrg.runs.judged import judge_run

@@ -38,7 +38,7 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.over_processes import Show
 from vrg.playing.match import Way, new_run, prepare
 from vrg.playing.match import play as play_match
-from vrg.runs.run import Run
+from vrg.playing.run import Run
 from vrg.runs.run_folder import RunFolder, delete
 from vrg.runs.step_log import Missed, Unmade, read_steps
 from vrg_league.conduct import enter, opened, workers_of
@@ -227,7 +227,7 @@ def picture(_server: ForkServer, run: str, seconds: float, runs: str) -> dict[st
     """
     import pygame  # noqa: PLC0415 - only what draws needs it
 
-    from vrg.runs.replay import read_for_window  # noqa: PLC0415 - as above
+    from vrg.playing.replay import read_for_window  # noqa: PLC0415 - as above
     from vrg.ui.window import field, text, window  # noqa: PLC0415 - as above
 
     of = Run(run)

@@ -4,8 +4,8 @@ import os
 
 from vrg.bus.session import DEFAULT_ENDPOINT, open_session
 from vrg.errors import VrgError
-from vrg.launch.findings import Finding
 from vrg.launch.running import running
+from vrg.plugins import Finding
 from vrg_ros.command import BESIDE, typed_domain
 from vrg_ros.meeting import graph_of
 

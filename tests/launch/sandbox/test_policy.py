@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from tests.playing import matches
 from tests.system.harness import short_match
+from vrg.config.code_files import imported
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
-from vrg.launch.code_files import imported
 from vrg.launch.sandbox import player as reach
 from vrg.launch.sandbox.player import libraries, policy_of
 from vrg.launch.sandbox.policy import Access, Policy, readable
@@ -178,7 +178,7 @@ def test_a_stranger_does_not_name_what_it_may_read(
     for name in ("secret", "setup.json", "journal.jsonl"):
         (tmp_path / name).touch()
         assert not allowed(there, tmp_path / name, Access.READ)
-    monkeypatch.setattr("vrg.launch.code_files._homes", lambda: {tmp_path})
+    monkeypatch.setattr("vrg.config.code_files._homes", lambda: {tmp_path})
     assert imported(tmp_path / "ann.py") == []
 
 

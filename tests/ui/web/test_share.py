@@ -8,9 +8,9 @@ import vrg
 from tests.chromium import SIZES, Visitor, chromium
 from tests.command_line import invoke
 from tests.tiny import TINY
+from vrg.playing.run import Run
 from vrg.recording.recorded import read_recorded
 from vrg.runs.evidenced import read_evidenced
-from vrg.runs.run import Run
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.timeline import Timeline
 from vrg.ui.web.share import recorded, shared

@@ -40,8 +40,8 @@ def repeat(
     the two runs differ.
     """
     from vrg.bus.stopping import stop_on_signals
+    from vrg.playing.branch import repeat_match
     from vrg.playing.match import strangers
-    from vrg.runs.branch import repeat_match
 
     folder, _ = ended_run(run)
 

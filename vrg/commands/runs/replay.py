@@ -104,13 +104,13 @@ def replay(
         typer.echo(json.dumps(_told(folder, setup)))
         return
     if kind is not None:
-        from vrg.runs.replay import read_for_window
+        from vrg.playing.replay import read_for_window
 
         taken = read_for_window(folder, setup)
         typer.echo(taken.note, nl=bool(taken.note))
         loaded(kind.replays, f"--show {kind.shown}")(taken.timeline, setup, at, elsewhere.listen)
         return
-    from vrg.runs.replay import replay_window
+    from vrg.playing.replay import replay_window
     from vrg.ui.window.replay import show
 
     need_display()
@@ -132,9 +132,9 @@ def _take_up(
 
     from vrg.bus.stopping import stop_on_signals
     from vrg.config.loading import load_match
+    from vrg.playing.branch import last_instant, play_branch
+    from vrg.playing.brancher import compared
     from vrg.playing.match import strangers
-    from vrg.runs.branch import last_instant, play_branch
-    from vrg.runs.brancher import compared
     from vrg.runs.change import amended
 
     setup = load_match(folder.match_file)
@@ -213,7 +213,7 @@ def _value(typed: str) -> Any:
 
 def _told(folder: "RunFolder", setup: "MatchSetup") -> dict[str, Any]:
     """The content of a recording: its first and last instant, match time in s, and the calls."""
-    from vrg.runs.replay import read_for_window
+    from vrg.playing.replay import read_for_window
 
     taken = read_for_window(folder, setup)
     calls = [{"time": round(call.time, 3), "text": call.text} for call in taken.timeline.calls]

@@ -22,7 +22,7 @@ def share(
     Browsers show it without a network and without VRG: from a disk, from a mail, or on any web site. `#t=83.2` behind
     its address leads to an instant.
     """
-    from vrg.runs.sharing import shared_run
+    from vrg.playing.sharing import shared_run
 
     folder, setup = ended_run(run)
     need_shown(folder)

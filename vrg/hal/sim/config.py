@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from vrg.bus.names import check_name
 from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.settings import SensorSettings, with_motion, with_settings
+from vrg.names import check_name
 from vrg.types import Pose
 
 if TYPE_CHECKING:

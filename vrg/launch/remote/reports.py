@@ -10,11 +10,11 @@ from ipaddress import ip_address
 from vrg import __version__
 from vrg.bus.messages import ProcessStatus
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.findings import Finding
 from vrg.launch.managed import ProcessSpec
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.remote import wire
 from vrg.launch.remote.travel import take_in
+from vrg.plugins import Finding
 from vrg.runs.events import EventKind, Notes
 from vrg.runs.run_folder import RunFolder
 

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from vrg.bus.messages import ProcessStatus
 from vrg.errors import MessageError
-from vrg.launch.findings import Finding
+from vrg.plugins import Finding
 from vrg.runs.events import EventKind
 from vrg.types import printable
 

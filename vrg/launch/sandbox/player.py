@@ -8,8 +8,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import vrg
+from vrg.config.code_files import imported, readable_parts
 from vrg.config.setup import MatchSetup, PlayerSetup
-from vrg.launch.code_files import imported, readable_parts
 from vrg.launch.sandbox.policy import Policy, files
 from vrg.registry import plugin_packages
 from vrg.runs.run_folder import RunFolder

@@ -13,7 +13,7 @@ from tempfile import NamedTemporaryFile
 
 import msgspec
 
-from vrg.bus.hosts import netloc
+from vrg.hosts import netloc
 
 TOKEN_BYTES = 16
 """The number of random bytes in a token."""

@@ -16,9 +16,9 @@ from aiohttp import web
 from aiohttp.http import HttpProcessingError
 from aiohttp.web import RequestPayloadError
 
+from vrg.bus.entrance import WaitingRoom
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.errors import LaunchError
-from vrg.seats.entrance import WaitingRoom
 from vrg.ui.web.admission import tls_context
 from vrg.ui.web.headers import PAGE_HEADERS, foreign
 

@@ -31,7 +31,7 @@ def clip(
     width: Annotated[int, typer.Option(min=200, max=1920, help="Width, pixels.")] = 800,
 ) -> None:
     """Write the seconds around a call of the referee as a picture that moves, for pages and messages: a GIF."""
-    from vrg.runs.replay import read_for_window
+    from vrg.playing.replay import read_for_window
 
     folder, setup = ended_run(run)
     need_shown(folder)

@@ -25,8 +25,8 @@ from vrg.errors import ConfigError, VrgError
 from vrg.files import read_text, write_whole
 from vrg.launch.endpoints import free_port
 from vrg.playing.by_command import started
+from vrg.playing.run import Run
 from vrg.runs.keeping import keep
-from vrg.runs.run import Run
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.web.admission import Admission
 from vrg_class.event.course import PLAYED, Live, Report

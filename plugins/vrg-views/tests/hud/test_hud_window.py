@@ -26,13 +26,13 @@ from displays import (
 
 from tests.ui.virtual_pad import VirtualPad
 from vrg.bus import messages as m
+from vrg.bus.access import hears, lines, speaks
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE
 from vrg.bus.topics import key_matches
 from vrg.colours import Rgb
-from vrg.seats.access import hears, lines, speaks
 from vrg.seats.seat import Roster, Seat, SeatKind
 from vrg.types import Pose, Twist
 from vrg.ui import palette

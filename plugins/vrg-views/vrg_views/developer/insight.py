@@ -5,12 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeVar
 
+from vrg.bus.access import lines
 from vrg.bus.codec import Received
 from vrg.bus.messages import Links, Manual, MeasuredPose, Message, RefereeState, Report, RobotState, Sighting
 from vrg.bus.topics import Keys, Topic, name_in
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Cones, Depiction, Rays, Ticks
-from vrg.seats.access import lines
 from vrg.seats.seat import SeatKind
 from vrg.types import Pose
 from vrg.ui.processes import Row, rows

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from vrg.bus.names import chunk_of
+from vrg.names import chunk_of
 from vrg.types import Pose, Twist
 from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.scene import ScenePlayer, speed_text

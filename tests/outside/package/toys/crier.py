@@ -6,8 +6,7 @@ from vrg.bus.topics import Keys
 from vrg.config.setup import MatchSetup
 from vrg.kinds import Kind, Opening
 from vrg.launch.context import Made, NodeContext
-from vrg.launch.findings import Finding
-from vrg.plugins import Option
+from vrg.plugins import Finding, Option
 from vrg.seats.seat import SeatKind
 
 

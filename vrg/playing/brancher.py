@@ -16,7 +16,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import VrgError
 from vrg.games import strategies_of
 from vrg.games.game import capitalised
-from vrg.runs.branch import last_instant
+from vrg.playing.branch import last_instant
 from vrg.runs.change import branch_of
 from vrg.runs.result import headline, read_result, summary
 from vrg.runs.run_folder import RunFolder

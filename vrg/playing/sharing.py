@@ -3,8 +3,8 @@
 from contextlib import suppress
 
 from vrg.config.setup import MatchSetup
+from vrg.playing.replay import read_for_window
 from vrg.runs.reasons import reasons
-from vrg.runs.replay import read_for_window
 from vrg.runs.result import headline, read_result
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.web.share import recorded, shared

@@ -212,7 +212,7 @@ class Run:
         Raises:
             LaunchError: there is nothing to show. JournalError: the journal or the evidence cannot be read.
         """
-        from vrg.runs.sharing import shared_run  # noqa: PLC0415 - it loads what draws
+        from vrg.playing.sharing import shared_run  # noqa: PLC0415 - it loads what draws
 
         return shared_run(self._folder, self.setup)
 
@@ -253,8 +253,8 @@ class Run:
             LaunchError: the match was not played in steps, or cannot be repeated, or `stop` has broken this off.
             KeyboardInterrupt: this was broken off by Ctrl-C, which only the main thread hears.
         """
+        from vrg.playing.branch import play_branch  # noqa: PLC0415 - as above
         from vrg.playing.match import strangers  # noqa: PLC0415 - it loads all that plays a match
-        from vrg.runs.branch import play_branch  # noqa: PLC0415 - as above
 
         if not (players or settings):
             raise ConfigError(

@@ -16,8 +16,8 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
-from vrg.bus.names import chunk_of
 from vrg.bus.topics import ALIVE, READINGS, ROUTERS_ALIVE, Keys, Qos, TopicLine
+from vrg.names import chunk_of
 from vrg.seats.parties import EVERYBODY, Party
 from vrg.seats.seat import Roster, Seat, SeatKind
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError, MessageError
 from vrg.games import UNKNOWN_GAME, game_of
+from vrg.playing.brancher import ProcessBrancher, compared
 from vrg.recording.recorded import RecordedMatch, read_recorded
-from vrg.runs.brancher import ProcessBrancher, compared
 from vrg.runs.change import branch_of
 from vrg.runs.evidenced import read_evidenced
 from vrg.runs.explaining import explain

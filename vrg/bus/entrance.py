@@ -21,7 +21,7 @@ from contextlib import ExitStack, contextmanager
 from itertools import cycle
 
 from vrg.bus.configuration import BUFFER_SIZE
-from vrg.bus.hosts import host_of, port_of
+from vrg.hosts import host_of, port_of
 from vrg.system import POSIX
 
 
