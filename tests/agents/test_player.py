@@ -11,7 +11,6 @@ import pytest
 
 from tests.agents.bench import KEYS, Bench, referee_state
 from tests.hal.fake_driver import MODEL, POSE
-from vrg.agents.planner import Planner
 from vrg.agents.player import NONSENSE_LIMIT
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus import messages as m
@@ -218,43 +217,6 @@ def test_a_strategy_that_answers_nonsense_again_and_again_has_failed(bench: Benc
     for _ in range(NONSENSE_LIMIT - 1):
         bench.tick()
     with pytest.raises(StrategyError, match=r"expected finite numbers of m/s and rad/s, got Twist\(v=0.0, w=inf\)"):
-        bench.tick()
-
-
-class Halving(Planner):
-    """Halves each motion, and remembers what was wanted."""
-
-    wanted: Twist | None = None
-
-    def plan(self, view: View, twist: Twist) -> Twist:
-        self.wanted = twist
-        return Twist(np.float64(twist.v / 2), twist.w / 2)  # numpy's own numbers, as students write them
-
-
-def test_a_planner_changes_what_the_strategy_and_a_human_want(bench: Bench[Ahead]) -> None:
-    bench.strategy.planner = planner = Halving("a", MODEL)
-    assert bench.tick()[-1] == "drive 0.17 0.00"
-    assert planner.wanted == Twist(0.35, 0.0)
-    bench.hear(m.Manual(forward=1.0, turn=0.0, lease=0.5))
-    assert bench.tick()[-1] == "drive 0.35 0.00"
-    planner.wanted = None
-    assert bench.tick(may_move=False) == ["stop"]
-    assert planner.wanted is None
-
-
-def test_a_planner_is_not_asked_for_a_motion_that_is_not_finite(bench: Bench[Ahead]) -> None:
-    bench.strategy.planner = planner = Halving("a", MODEL)
-    bench.strategy.act = lambda _view: Twist(float("nan"), 0.0)  # type: ignore[method-assign]
-    bench.tick()
-    assert planner.wanted is None
-    assert "Ahead.act: expected finite" in (bench.report().fault or "")
-
-
-@pytest.mark.parametrize("answer", [None, Twist(float("nan"), 0.0), Twist("fast", 0.0)])
-def test_a_planner_that_answers_nonsense_fails_with_its_name(bench: Bench[Ahead], answer: Any) -> None:
-    bench.strategy.planner = planner = Halving("a", MODEL)
-    planner.plan = lambda _view, _twist: answer  # type: ignore[method-assign]
-    with pytest.raises(StrategyError, match=r"Halving\.plan: expected"):
         bench.tick()
 
 

@@ -369,23 +369,18 @@ def test_a_match_that_was_given_up_is_given_up_again(home: Path, server: ForkSer
     assert "given up" in again.result.read_text()
 
 
-class Planned(Strategy):
-    """A strategy, and its own planner, that count how often they are asked."""
+class Counting(Strategy):
+    """A strategy that counts how often it is asked."""
 
-    asked = plans = 0
+    asked = 0
 
     def act(self, view: View) -> Twist:
         self.asked += 1
-        return Twist(0.5, 0.0)
-
-    def plan(self, view: View, twist: Twist) -> Twist:
-        self.plans += 1
-        return Twist(0.1 * self.plans, 0.0)
+        return Twist(0.1 * self.asked, 0.0)
 
 
-def test_a_planner_is_asked_where_its_strategy_was() -> None:
-    strategy = Planned("ann", robot_model("P2AT"))
-    strategy.planner = strategy  # type: ignore[assignment]
+def test_a_strategy_is_asked_where_it_was() -> None:
+    strategy = Counting("ann", robot_model("P2AT"))
     past = {0.2: Missed(time=0.2, player="ann", asked=True), 0.3: Missed(time=0.3, player="ann", asked=False)}
     written: list[Missed] = []
     again = StrategyHere(strategy, past, written.append)
@@ -397,7 +392,7 @@ def test_a_planner_is_asked_where_its_strategy_was() -> None:
         except ForfeitError:
             motions.append(None)
     assert motions == [0.1, None, None, pytest.approx(0.3)]
-    assert (strategy.asked, strategy.plans) == (3, 3)
+    assert strategy.asked == 3
     assert written == list(past.values())
 
 

@@ -1,8 +1,8 @@
 """The player's runtime: it reads the robot, decides who may command it, and asks the strategy.
 
 From the strongest to the weakest, these command the robot: the emergency stop, a stopped clock, a silent or halting
-referee, the referee's lease, a human with a lease, the strategy. A planner may change what the last two
-want. If a tick ends with any of the first three, the robot is stopped.
+referee, the referee's lease, a human with a lease, the strategy. If a tick ends with any of the first three, the robot
+is stopped.
 
 A tick has two halves. `look` returns the view, or None if the robot has to stand still; `drive` takes an action. So an
 outer loop can ask for views and give actions in place of a strategy.
@@ -14,7 +14,7 @@ from typing import Any
 
 from vrg.agents.messages import Once, TeamChannel, Telling
 from vrg.agents.radio import Radio
-from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
+from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import PlayerStatus, RefereeState, Report, shortened
@@ -163,11 +163,9 @@ class Player(Node):
             self._mode = BY_REFEREE
         elif self._manual:
             self._mode = "Manual"
-        wanted = STILL
-        if sensible or manual is not None:
-            wanted = planned(self._strategy, view, manual or action.twist).quantised
+        wanted = manual or (action.twist if sensible else STILL)
         try:
-            self._command = self._device.drive(wanted)
+            self._command = self._device.drive(wanted.quantised)
         except RobotError as error:
             # The robot was disarmed since its last reading. The next tick tries to arm it again.
             self._fault = str(error)

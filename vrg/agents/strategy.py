@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from vrg.agents.radio import TeamMessage
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
@@ -14,9 +14,6 @@ from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
 from vrg.regions import Region
 from vrg.types import STILL, Pose, Twist, Uncertainty, Vector
-
-if TYPE_CHECKING:
-    from vrg.agents.planner import Planner
 
 
 @dataclass(frozen=True)
@@ -103,7 +100,6 @@ class Strategy(ABC):
         games: the names of the games that it can play; empty if it is tried in any.
         seed: a number from the seed of the match, the same for all players of a team. A strategy that plays by chance
             draws from it, so that a match can be played again. It is set before the first `act`.
-        planner: what changes the motions before the robot makes them; None if nothing does.
     """
 
     priorities: ClassVar[Sequence[str]] = ()
@@ -113,7 +109,6 @@ class Strategy(ABC):
         self.name = name
         self.robot = robot
         self.seed = 0
-        self.planner: Planner | None = None
 
     @property
     def mode(self) -> str:
@@ -168,32 +163,6 @@ def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
         return action_of(answer), mode
     except TypeError as error:
         raise strategy.complaint(str(error)) from None
-
-
-def planned(strategy: Strategy, view: View, twist: Twist) -> Twist:
-    """The planner's form of a motion that a strategy or a human wants, with Python's own numbers.
-
-    It is not asked where the robot may not move, where the referee drives it, and for a motion that is not finite.
-
-    Raises:
-        StrategyError: the planner raises an exception, ends the program, or returns something else.
-    """
-    planner = strategy.planner
-    if planner is None or not view.me.may_move or view.me.lease is not None or not twist.is_finite:
-        return twist
-    try:
-        answer = planner.plan(view, twist)
-    except DecisionTimeoutError:
-        raise
-    except BaseException as error:  # another package's code may raise anything
-        raise failure_of(error) from error
-    try:
-        changed = action_of(answer).twist
-    except TypeError as error:
-        raise StrategyError(f"{type(planner).__name__}.plan: {error}") from None
-    if not changed.is_finite:
-        raise StrategyError(f"{type(planner).__name__}.plan: expected finite numbers, got {changed}")
-    return changed
 
 
 def action_of(answer: object) -> Action:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 from msgspec import Struct, field, structs
 
-from vrg.games import GAMES, PLANNERS
+from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
 from vrg.hosts import check_host
@@ -255,7 +255,6 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
         rate: match seconds per real second.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
             sensors: no noise and no drop-outs, for any value of `sensors`.
-        planner: the name of a planner that an installed package has registered. It may change how all players drive.
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.
@@ -293,7 +292,6 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     rate: Annotated[float, Constraint(ge=0.1, le=100)] = 1.0
     lasers: bool = True
     noise: bool = True
-    planner: Annotated[str, Constraint(PLANNERS.known)] | None = None
     on_fault: Literal["disqualify", "halt"] = "disqualify"
     memory: Annotated[int, Constraint(ge=200, le=1_000_000)] = 2000
     bank: Annotated[float, Constraint(gt=0, le=1e6)] = 60.0

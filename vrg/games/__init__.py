@@ -23,11 +23,6 @@ GAMES: Registry[Game] = Registry(
 )
 """Every game by name."""
 
-PLANNERS: Registry[type] = Registry(
-    "planner", "vrg.planners", {}, lambda found: None if isinstance(found, type) else "expected a class"
-)
-"""Every planner (vrg.agents.planner) by name. VRG itself has none."""
-
 STRATEGIES: Registry[type] = Registry(
     "strategy",
     "vrg.strategies",

@@ -24,7 +24,7 @@ from typing import Any, Final
 
 import msgspec
 
-from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, Strategy, View, decided, planned
+from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, Strategy, View, decided
 from vrg.blame import DecisionTimeoutError
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
@@ -105,7 +105,7 @@ class SteppedStrategy(RemoteStrategy):
 
     @abstractmethod
     def _decided(self, view: View) -> Action:
-        """Its decision, after its planner."""
+        """Its decision."""
 
     def _missed(self, view: View) -> Missed | None:
         return self._past.get(round(view.time, 6))
@@ -124,7 +124,7 @@ class StrategyHere(SteppedStrategy):
 
     def _decided(self, view: View) -> Action:
         action, self._mode = decided(self._strategy, view)
-        return replace(action, twist=planned(self._strategy, view, action.twist))
+        return action
 
     def complaint(self, what: str) -> StrategyError:
         """See `Strategy.complaint`."""

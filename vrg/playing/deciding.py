@@ -21,7 +21,7 @@ from msgspec import Struct
 
 from vrg import __version__
 from vrg.agents.messages import Once, Payload, sendable
-from vrg.agents.strategy import Strategy, View, decided, planned
+from vrg.agents.strategy import Strategy, View, decided
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
@@ -167,7 +167,7 @@ def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
         for problem in problems:
             if warn_once(problem):
                 print(strategy.complaint(problem))
-        twist = planned(strategy, view, action.twist)
+        twist = action.twist
         pipe.send(Decided((twist.v, twist.w, twist.side), payload, mode))
 
 

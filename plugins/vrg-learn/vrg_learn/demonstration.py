@@ -37,7 +37,7 @@ class Witness(Strategy):
 
     def __init__(self, strategy: Strategy, learning: Learning) -> None:
         super().__init__(strategy.name, strategy.robot)
-        self.seed, self.planner = strategy.seed, strategy.planner
+        self.seed = strategy.seed
         self._strategy, self._learning, self._limits = strategy, learning, limits_of(strategy.robot)
         self.observations: list[npt.NDArray[np.float32]] = []
         self.actions: list[npt.NDArray[np.float32]] = []

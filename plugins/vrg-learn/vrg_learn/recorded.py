@@ -3,7 +3,7 @@
 A recording holds where all robots were, the referee's states and the commands, at the instants at which players decide.
 A view is rebuilt from what had been published by then. Two things differ from what the player saw: its own pose and
 velocity are the true ones, where its sensors added noise; and the action is worked out from the command, which is
-what the planner and the limits have left of it. The README has the sizes of these differences.
+what the limits have left of it. The README has the sizes of these differences.
 """
 
 from bisect import bisect_right

@@ -5,12 +5,11 @@ from pathlib import Path
 from typing import TypeVar
 
 from vrg.agents.importing import import_object
-from vrg.agents.planner import Planner
 from vrg.agents.strategy import Strategy
 from vrg.blame import failure_of
 from vrg.config.setup import MatchSetup, team_seed
 from vrg.errors import ConfigError
-from vrg.games import PLANNERS, STRATEGIES, STRATEGY_FILES, is_strategy_file, unreadable
+from vrg.games import STRATEGIES, STRATEGY_FILES, is_strategy_file, unreadable
 from vrg.hal.models import RobotModel
 from vrg.modules import no_method
 
@@ -52,16 +51,11 @@ def strategy_of(setup: MatchSetup, name: str) -> Strategy:
     strategy = _made(player.strategy, kind, name, player.robot)
     # numpy's older generators take no more than 32 bits.
     strategy.seed = setup.draw(team_seed(player.team)) % 2**32
-    if setup.planner is not None:
-        planner = PLANNERS.get(setup.planner)
-        if not issubclass(planner, Planner):
-            raise ConfigError(f"{setup.planner}: expected a subclass of vrg.agents.planner.Planner, got {planner!r}")
-        strategy.planner = _made(setup.planner, planner, name, player.robot)
     return strategy
 
 
 def _made(target: str, kind: Callable[[str, RobotModel], T], name: str, robot: RobotModel) -> T:
-    """Make what `target` names, a strategy or a planner, for a player and its robot.
+    """Make the strategy that `target` names, for a player and its robot.
 
     Raises:
         ConfigError: it cannot be made.
