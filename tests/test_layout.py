@@ -286,7 +286,7 @@ BUDGETS = {
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_845,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
     "testing": 1_165,  # with what a simulated CAN bus shares, seeded matches and leaps that try rules, an audience
-    "agents": 1_400,
+    "agents": 1_410,
     "recording": 1_155,  # with what a file of MCAP cannot hold
     "playing": 1_635,  # with the bound of match time, the seal of files alone, and players' processes
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
