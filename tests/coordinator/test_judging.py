@@ -81,8 +81,8 @@ def test_a_match_that_another_coordinator_went_on_with_is_judged_to_its_end(tmp_
     assert judgement.calls == len(first.calls) + len(second.calls)
 
 
-def another_text(tag: m.Call) -> list[m.Call]:
-    return [structs.replace(tag, text="s0 tags m1")]
+def another_rule(tag: m.Call) -> list[m.Call]:
+    return [structs.replace(tag, rule="out_of_bounds")]
 
 
 def another_player(tag: m.Call) -> list[m.Call]:
@@ -96,12 +96,12 @@ def one_more(tag: m.Call) -> list[m.Call]:
 @pytest.mark.parametrize(
     ("alter", "number", "words"),
     [
-        (another_text, 1, "by the rules it is tag: "),
+        (another_rule, 1, "by the rules it is tag: "),
         (another_player, 1, "its players are"),
         (lambda _: [], None, "a call that was not made: tag"),
         (one_more, None, "there is no such call"),
     ],
-    ids=["text", "players", "left out", "invented"],
+    ids=["rule", "players", "left out", "invented"],
 )
 def test_a_call_that_was_altered_left_out_or_invented_is_found(
     table: Table, played: Played, alter: Callable[[m.Call], list[m.Call]], number: int | None, words: str
@@ -112,6 +112,19 @@ def test_a_call_that_was_altered_left_out_or_invented_is_found(
     found = judged(table, exhibits, records).disagreements
     assert words in found[0].what
     assert number is None or (len(found), found[0].time) == (number, records[at].time)
+
+
+def test_a_run_whose_calls_an_earlier_release_told_in_other_words_agrees(table: Table, played: Played) -> None:
+    exhibits, records = played
+    for at, record in enumerate(records):
+        calls = [
+            structs.replace(call, text=f"then: {call.text}", why="then" if call.why else "") for call in record.calls
+        ]
+        why = None if record.standing.halted is None else "then"
+        records[at] = structs.replace(record, calls=calls, standing=structs.replace(record.standing, halted=why))
+    judgement = judged(table, exhibits, records)
+    assert judgement.disagreements == []
+    assert judgement.reworded == judgement.calls == len(table.calls)
 
 
 def test_a_clock_that_was_altered_is_found(table: Table, played: Played) -> None:
@@ -357,10 +370,10 @@ def edited(record: Record, **changes: Any) -> Record:
     [
         (lambda record: edited(record, winner="sharks"), "winner is 'sharks'"),
         (lambda record: edited(record, points={"sharks": 9, "minnows": 0}), "points is"),
-        (lambda record: structs.replace(record, calls=another_text(*record.calls)), "by the rules it is tag: "),
+        (lambda record: structs.replace(record, calls=another_rule(*record.calls)), "by the rules it is tag: "),
         (lambda record: structs.replace(record, calls=[]), "a call that was not made: tag"),
     ],
-    ids=["winner", "points", "text", "call"],
+    ids=["winner", "points", "rule", "call"],
 )
 def test_a_last_record_that_was_altered_is_found_without_its_digest_too(
     table: Table, digest: str, later: float, alter: Callable[[Record], Record], words: str

@@ -17,6 +17,9 @@ from vrg.coordinator.proof import Case, Prover
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import JournalError
 
+_NOT_JUDGED = ("uncertainty", "text", "why")
+"""The fields of a call that decide nothing."""
+
 
 @dataclass(frozen=True)
 class Disagreement:
@@ -40,14 +43,16 @@ class Judgement:
     Args:
         disagreements: the differences from the journal, in the order of time.
         ticks: how many ticks were judged. calls: how many calls of the journal were compared.
-        unjudged: how many calls of the journal the evidence does not reach. gaps: the spans of match time, s, in which
-            the evidence could not be written.
+        unjudged: how many calls of the journal the evidence does not reach.
+        reworded: how many calls have other words than they would have today, which is no difference.
+        gaps: the spans of match time, s, in which the evidence could not be written.
     """
 
     disagreements: Sequence[Disagreement]
     ticks: int
     calls: int
     unjudged: int
+    reworded: int = 0
     gaps: Sequence[tuple[float, float]] = ()
 
 
@@ -72,7 +77,8 @@ def judge_again(
         what = f"the rules cannot go on from the journal or the evidence: {type(error).__name__}: {error}"
         judge.found.append(Disagreement(judge.since, what))
     unjudged = judge.unjudged + sum(len(record.calls) for record in judge.left)
-    return Judgement(sorted(judge.found, key=lambda d: d.time), judge.ticks, judge.compared, unjudged, judge.gaps)
+    found = sorted(judge.found, key=lambda d: d.time)
+    return Judgement(found, judge.ticks, judge.compared, unjudged, judge.reworded, judge.gaps)
 
 
 class _Judge:
@@ -80,6 +86,7 @@ class _Judge:
 
     Attributes:
         found, ticks, gaps: as in `Judgement`. compared: the calls that were compared. unjudged: those in gaps.
+        reworded: those of the compared calls that have other words.
         left: the records that were not reached yet. since: the match time of the last tick, s.
     """
 
@@ -87,7 +94,7 @@ class _Judge:
         self.found: list[Disagreement] = []
         self.gaps: list[tuple[float, float]] = []
         self.left = deque(sorted({record.n: record for record in records}.values(), key=lambda record: record.n))
-        self.ticks = self.compared = self.unjudged = 0
+        self.ticks = self.compared = self.unjudged = self.reworded = 0
         self.since = 0.0
         self._last = self.left[-1].n if self.left else 0
         self._chained = True
@@ -133,7 +140,9 @@ class _Judge:
             following is not None and record.time - TINY > following.tick.time >= tick.time
         ):
             self._find(tick.time, f"record {record.n} of the journal has the time {record.time:.1f} s")
-        if wrong := _compared(match, decided, record):
+        wrong, reworded = _compared(match, decided, record)
+        self.reworded += reworded
+        if wrong:
             self.found += [Disagreement(record.time, what) for what in wrong]
             match.restore(record.standing, tick.field)
         match.calls = record.standing.calls
@@ -209,8 +218,8 @@ def unproved(
     return found
 
 
-def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list[str]:
-    """The differences between the rules' effects and a record, in words."""
+def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> tuple[list[str], int]:
+    """The differences between the rules' effects and a record, in words; and how many calls have other words."""
     standing = match.standing()
     calls = numbered(outcomes, match.calls, standing.clock, {})
     stages = [stage for outcome in outcomes for stage in outcome.stages]
@@ -220,7 +229,7 @@ def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list
         wrong.append(f"by the rules {_stages(stages)}, the journal has {_stages(record.stages)}")
     if not wrong:
         wrong = _standings(structs.replace(standing, calls=match.calls + len(calls)), record.standing)
-    return wrong
+    return wrong, sum(ours.text != theirs.text for ours, theirs in zip(calls, record.calls, strict=False))
 
 
 def _begun(match: Match, outcomes: Sequence[Effects], record: Record) -> list[str]:
@@ -267,10 +276,10 @@ def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
     made = f"call {theirs[at].number}, {theirs[at].rule}: {theirs[at].text}"
     if at >= len(ours):
         return f"{made}: by the rules there is no such call"
-    if ours[at].text != theirs[at].text or ours[at].rule != theirs[at].rule:
+    if ours[at].rule != theirs[at].rule:
         return f"{made}: by the rules it is {ours[at].rule}: {ours[at].text}"
-    # How well poses were known decides nothing.
-    judged = [name for name in Call.__struct_fields__ if name != "uncertainty"]
+    # How well poses were known decides nothing, and another release may tell the same in other words.
+    judged = [name for name in Call.__struct_fields__ if name not in _NOT_JUDGED]
     names = [name for name in judged if getattr(ours[at], name) != getattr(theirs[at], name)]
     if names:
         name = names[0]
@@ -284,6 +293,8 @@ def _standings(ours: Checkpoint, theirs: Checkpoint) -> list[str]:
     mine, its = (msgspec.json.decode(msgspec.json.encode(standing)) for standing in (ours, theirs))
     for before, after in ((mine, its), (mine["game"], its["game"])):
         for name in before:
+            if name == "halted" and None not in (before[name], after.get(name)):
+                continue  # why it is halted is told in words
             if name != "game" and before[name] != after.get(name):
                 return [f"{name} is {after.get(name)!r} in the journal, by the rules {before[name]!r}"]
     return []

@@ -77,6 +77,8 @@ def judge_folder(folder: RunFolder, setup: MatchSetup) -> Judged:
     seen, compared, unread = _recorded(folder)
     found = sorted([*_foreign(setup, header), *wrong, *seen], key=lambda d: d.time)
     notes += unread
+    if judgement.reworded:
+        notes.append(f"{judgement.reworded} calls are told in other words than this release of VRG would tell them.")
     notes += [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
     return Judged(found, notes, _sentence(judgement, len(found), compared))
 
