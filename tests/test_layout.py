@@ -281,7 +281,7 @@ BUDGETS = {
     "hal/sim": 2_610,  # with whose module is that of mujoco
     "localisation": 540,
     "hal/can/workshop": 1_070,  # with what is no drive, and what is sent to none
-    "coordinator": 2_030,
+    "coordinator": 2_040,
     "runs": 1_255,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_845,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
