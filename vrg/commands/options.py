@@ -114,7 +114,7 @@ EngineOption = Annotated[
 ]
 SandboxOption = Annotated[
     bool | None,
-    typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
+    typer.Option("--sandbox/--no-sandbox", help="Seal the processes of strategies; the default is the match file's."),
 ]
 SealedOption = Annotated[
     bool,

@@ -262,7 +262,7 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
             match time. Then it forfeits its decisions, and its robot stands.
         seats: True lets only processes with keys into the match, and each only as its seat may; see docs/seats.md. The
             default is True in a match that spans several machines, and False in others.
-        sandbox: True seals the process of each player before its code is loaded, so that it can only play; see
+        sandbox: True seals the process in which each strategy decides before its code is loaded; see
             docs/players.md. The default is True for the strategies that are files (`file.py:Class`) of a match with
             seats, and False for others. It holds only where players have processes of their own.
         radio: how well players hear one another; without it, every message arrives at once.

@@ -153,7 +153,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         return bool(self.hosts) if self.seats is None else self.seats
 
     def sandboxed(self, name: str, *, seats: bool) -> bool:
-        """True if the process of a player is sealed before the player's code is loaded.
+        """True if the process in which a player's strategy decides is sealed before its code is loaded.
 
         By default it is if its strategy is a file, and the match has seats or the file is a stranger's: it lies outside
         the folder of the match file, or belongs to another user.

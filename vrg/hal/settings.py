@@ -37,10 +37,7 @@ class BackendSettings(Table):
         return []
 
     def endpoints(self, robots: Sequence[str]) -> list[str]:
-        """The endpoints that the drivers of these robots connect to, such as `tcp/127.0.0.1:7447`.
-
-        A sealed player may connect to their ports, and to no others.
-        """
+        """The endpoints that the drivers of these robots connect to, such as `tcp/127.0.0.1:7447`."""
         return []
 
     def files(self, robots: Sequence[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Limits of a sealed player that bounds of the process itself cannot hold: threads, sockets, and its files."""
+"""Limits of a sealed strategy that bounds of the process itself cannot hold: threads, sockets, and its files."""
 
 import contextlib
 import errno
@@ -11,9 +11,9 @@ from vrg.runs.run_folder import RunFolder
 from vrg.types import printable
 
 THREADS = 300
-"""The most threads of a sealed player. Zenoh and the Python interpreter have about twenty of them."""
+"""The most threads of a sealed process."""
 SOCKETS = 32
-"""The most sockets. It needs a few for the router, and an event loop has two."""
+"""The most sockets. It has one, and an event loop two."""
 MAX_FOLDER_SIZE = 100_000_000
 """The most bytes that it may keep in its folder."""
 ENTRIES = 10_000

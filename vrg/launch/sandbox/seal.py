@@ -25,7 +25,7 @@ if POSIX:
     import resource
 
 REFUSAL_ADVICE = "the sandbox refused it: see FILES and what a sandbox allows in docs/players.md"
-"""The advice after each failure of a sealed player's code at something that it may not do."""
+"""The advice after each failure of sealed code at something that it may not do."""
 FILE_SIZE = 50_000_000
 """The longest file that a sealed process may write, bytes."""
 OPEN_FILES = 256
