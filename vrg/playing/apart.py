@@ -1,9 +1,9 @@
 """The strategies that decide in processes of their own, and which of a match do.
 
-A fork server that knows nothing of the match forks a process for each of these (`vrg.playing.deciding`); in a match over
-processes that of its player does, before it has a thread, a session, keys or a driver. So the memory of such a process
-has nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it answers is
-decoded, and nothing in it is run. A strategy that does not answer in time forfeits the step, and holds up nothing.
+A fork server that knows nothing of the match forks a process for each of these (`vrg.playing.deciding`); over processes
+that of its player does, before it has a thread, a session, keys or a driver. So the memory of such a process has
+nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it answers is decoded,
+and nothing in it is run. A strategy that does not answer in time forfeits the step, and holds up nothing.
 
 What a player has missed is written to the log of steps. When the match is played again, here or in a process of its
 own, it is missed again.
