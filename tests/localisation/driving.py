@@ -11,7 +11,7 @@ from vrg.hal.models import robot_model
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.hal.sim.world import World
-from vrg.localisation.estimator import Estimator, Verdict
+from vrg.localisation.estimator import Estimator, FixFate
 from vrg.localisation.motion import motion_noise
 from vrg.localisation.sim import SimSettings, SimulatedFixes
 from vrg.types import Pose, Twist
@@ -76,9 +76,9 @@ class Drive:
         self.errors = np.array(self._errors).transpose(1, 0, 2)
         self.nees = np.array(self._nees).T
 
-    def _count(self, verdicts: list[Verdict]) -> None:
+    def _count(self, verdicts: list[FixFate]) -> None:
         self.fixes += len(verdicts)
-        self.refused += sum(verdict is not Verdict.USED for verdict in verdicts)
+        self.refused += sum(verdict is not FixFate.USED for verdict in verdicts)
 
     def _compare(self, world: World) -> None:
         errors, nees = [], []

@@ -13,7 +13,7 @@ from tests.localisation.driving import Drive
 from vrg.bus.messages import LOST, Fix
 from vrg.geometry import along_arc, wrap
 from vrg.hal.models import robot_model
-from vrg.localisation.estimator import AGREEING, WINDOW, Estimate, Estimator, Verdict
+from vrg.localisation.estimator import AGREEING, WINDOW, Estimate, Estimator, FixFate
 from vrg.localisation.motion import motion_noise
 from vrg.types import Pose, Twist
 
@@ -63,11 +63,11 @@ def test_late_fixes_count_as_if_they_had_come_in_time(twists: list[tuple[float, 
     for time, pose in way:
         in_time.move(time, pose)
         while coming and coming[0][0] <= time:
-            assert in_time.correct(*coming.pop(0)) is Verdict.USED
+            assert in_time.correct(*coming.pop(0)) is FixFate.USED
     for time, pose in way:
         late.move(time, pose)
     for one in data.draw(st.permutations(fixes)):
-        assert late.correct(*one) is Verdict.USED
+        assert late.correct(*one) is FixFate.USED
     a, b = known(in_time), known(late)
     assert (a.pose.x, a.pose.y, a.pose.theta) == pytest.approx((b.pose.x, b.pose.y, b.pose.theta), abs=1e-9)
     assert a.covariance == pytest.approx(b.covariance, abs=1e-12)
@@ -80,8 +80,8 @@ def test_a_fix_of_a_time_that_odometry_has_not_reached_waits_for_it() -> None:
     assert found.correct(*fix(0.05, Pose(0.03, 0.0, 0.0))) is None
     assert found.move(0.0, ORIGIN) == []
     assert found.correct(*fix(0.15, Pose(0.03, 0.0, 0.0))) is None
-    assert found.correct(*fix(0.25, Pose(0.03, 0.0, 0.0))) is Verdict.EARLY
-    assert found.move(0.2, ORIGIN) == [Verdict.USED, Verdict.USED]
+    assert found.correct(*fix(0.25, Pose(0.03, 0.0, 0.0))) is FixFate.EARLY
+    assert found.move(0.2, ORIGIN) == [FixFate.USED, FixFate.USED]
     assert known(found).age == pytest.approx(0.05)
     assert 0.02 < known(found).pose.x < 0.03
 
@@ -90,8 +90,8 @@ def test_fixes_that_come_too_late_are_refused() -> None:
     found = estimator()
     for number in range(30):
         found.move(number * STEP, ORIGIN)
-    assert found.correct(*fix(2.9 - WINDOW - STEP, ORIGIN)) is Verdict.LATE
-    assert found.correct(*fix(2.9 - WINDOW + 0.05, ORIGIN)) is Verdict.USED
+    assert found.correct(*fix(2.9 - WINDOW - STEP, ORIGIN)) is FixFate.LATE
+    assert found.correct(*fix(2.9 - WINDOW + 0.05, ORIGIN)) is FixFate.USED
     assert known(found).age == pytest.approx(WINDOW - 0.05)
     assert known(found).age > LOST
 
@@ -100,8 +100,8 @@ def test_a_fix_without_a_heading_moves_the_position() -> None:
     found = estimator()
     found.move(0.0, ORIGIN)
     found.move(0.1, ORIGIN)
-    assert found.correct(0.1, Fix("ann", Pose(0.05, -0.05, 3.0), 0.001)) is Verdict.USED
-    assert found.correct(0.1, Fix("ann", Pose(5.0, 0.0, 0.0), 0.01)) is Verdict.FAR
+    assert found.correct(0.1, Fix("ann", Pose(0.05, -0.05, 3.0), 0.001)) is FixFate.USED
+    assert found.correct(0.1, Fix("ann", Pose(5.0, 0.0, 0.0), 0.01)) is FixFate.FAR
     pose = known(found).pose
     assert (pose.x, pose.y, pose.theta) == pytest.approx((0.05, -0.05, 0.0), abs=1e-3)
 
@@ -114,7 +114,7 @@ def test_a_robot_seen_under_another_name_for_a_moment_stays_where_it_is() -> Non
         found.move(time, Pose(x, 0.0, 0.0))
         elsewhere = number in (8, 9, 14)
         verdicts.append(found.correct(*fix(time, Pose(3.0 if elsewhere else x, 2.0 if elsewhere else 0.0, 0.0))))
-    assert [number for number, verdict in enumerate(verdicts) if verdict is Verdict.FAR] == [8, 9, 14]
+    assert [number for number, verdict in enumerate(verdicts) if verdict is FixFate.FAR] == [8, 9, 14]
     assert known(found).pose.x == pytest.approx(0.95, abs=0.02)
 
 
@@ -141,7 +141,7 @@ def test_a_robot_that_is_pushed_a_little_is_found_before_it_is_lost() -> None:
         found.move(time, ORIGIN)
         verdicts.append(found.correct(*fix(time, Pose(0.0, 0.2 if number >= 30 else 0.0, 0.0))))
         assert known(found).age <= LOST
-    assert verdicts.index(Verdict.MOVED) == 30 + AGREEING - 1
+    assert verdicts.index(FixFate.MOVED) == 30 + AGREEING - 1
     assert known(found).pose.y == pytest.approx(0.2, abs=0.01)
 
 
@@ -152,7 +152,7 @@ def test_odometry_that_begins_anew_moves_nothing() -> None:
         time, x = number * STEP, 0.05 * number
         odometry = Pose(x if number < 10 else x - 0.5, 0.0, 0.0)
         found.move(time, odometry)
-        assert found.correct(*fix(time - 0.05, Pose(x - 0.025, 0.0, 0.0))) in (Verdict.USED, Verdict.LATE)
+        assert found.correct(*fix(time - 0.05, Pose(x - 0.025, 0.0, 0.0))) in (FixFate.USED, FixFate.LATE)
         assert known(found).pose.x == pytest.approx(x, abs=0.06)
     assert known(found).pose.x == pytest.approx(0.95, abs=0.02)
 
@@ -208,9 +208,9 @@ def test_a_tag_that_is_turned_is_noticed_by_the_way_that_the_robot_drives(
         found.move(time, truth)
         tag = Pose(truth.x, truth.y, wrap(truth.theta + angle))
         verdicts.append(found.correct(*fix(time, tag)))
-    assert verdicts[AGREEING - 1] is Verdict.MOVED, "a robot that stands may be so"
-    assert Verdict.TURNED not in verdicts[:rate]
-    assert set(verdicts[2 * rate :]) == {Verdict.TURNED}
+    assert verdicts[AGREEING - 1] is FixFate.MOVED, "a robot that stands may be so"
+    assert FixFate.TURNED not in verdicts[:rate]
+    assert set(verdicts[2 * rate :]) == {FixFate.TURNED}
     assert found.turned is not None
     assert wrap(found.turned - angle) == pytest.approx(0.0, abs=0.1)
     assert known(found).age > LOST

@@ -16,7 +16,7 @@ from vrg.hal.location import FUSION
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.gps import GpsSpec, from_wgs84
 from vrg.hal.sensors.ins import InsSpec
-from vrg.localisation.estimator import Estimator, Verdict
+from vrg.localisation.estimator import Estimator, FixFate
 from vrg.localisation.motion import motion_noise
 from vrg.localisation.source import TRACKER
 from vrg.types import Pose, Twist
@@ -63,7 +63,7 @@ class FusionCentre(Node):
         self._topics = {name: keys.robot_pose(name) for name in robots}
         self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in robots])
         self._fixes = mailbox.subscribe(keys.fixes())
-        self._counts: dict[str, Counter[Verdict]] = {name: Counter() for name in robots}
+        self._counts: dict[str, Counter[FixFate]] = {name: Counter() for name in robots}
         self._unknown: Counter[str] = Counter()
 
     def tick(self, tick: Tick) -> None:
@@ -102,11 +102,11 @@ class FusionCentre(Node):
             if (fix := own_fix(name, self._models[name], place, self._origin)) is not None:
                 self._estimators[name].correct(place.stamp, fix, own=True)
 
-    def _count(self, name: str, verdict: Verdict) -> None:
+    def _count(self, name: str, verdict: FixFate) -> None:
         self._counts[name][verdict] += 1
-        if verdict is Verdict.MOVED:
+        if verdict is FixFate.MOVED:
             log.warning("%s is elsewhere than its odometry has it: it was pushed or carried", name)
-        elif verdict is Verdict.TURNED and self._counts[name][verdict] == 1:
+        elif verdict is FixFate.TURNED and self._counts[name][verdict] == 1:
             angle = self._estimators[name].turned or 0.0
             log.error(
                 "%s drives another way than it heads by its fixes, which are turned by %.0f degrees: it is located no "

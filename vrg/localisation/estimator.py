@@ -52,7 +52,7 @@ _GATES = {2: 13.82, 3: 16.27}
 measured: the 0.999 quantile of the chi-squared distribution."""
 
 
-class Verdict(enum.StrEnum):
+class FixFate(enum.StrEnum):
     """The fate of a fix.
 
     USED and MOVED were used; with MOVED the robot is elsewhere than its odometry has it. FAR is too far from where the
@@ -150,7 +150,7 @@ class Estimator:
         last = self._states[-1]
         return last.mean[3:].copy(), last.covariance[3:, 3:].copy()
 
-    def move(self, time: float, odometry: Pose) -> list[Verdict]:
+    def move(self, time: float, odometry: Pose) -> list[FixFate]:
         """Take in the pose that odometry has at a time, s; one that is not newer than the last changes nothing.
 
         Returns:
@@ -166,7 +166,7 @@ class Estimator:
         verdicts = [(self._correct(captured, fix, own), own) for captured, fix, own in fixes]
         return [verdict for verdict, own in verdicts if not own]
 
-    def correct(self, time: float, fix: Fix, *, own: bool = False) -> Verdict | None:
+    def correct(self, time: float, fix: Fix, *, own: bool = False) -> FixFate | None:
         """Take in a fix.
 
         Args:
@@ -180,32 +180,32 @@ class Estimator:
         if self._states and time <= self._states[-1].time:
             return self._correct(time, fix, own)
         if self._states and time > self._states[-1].time + AHEAD:
-            return Verdict.EARLY
+            return FixFate.EARLY
         insort(self._waiting, (time, fix, own), key=itemgetter(0))
         del self._waiting[:-WAITING]
         return None
 
-    def _correct(self, time: float, fix: Fix, own: bool) -> Verdict:
+    def _correct(self, time: float, fix: Fix, own: bool) -> FixFate:
         index = bisect_right(self._states, time, key=_time_of)
         if index == 0:
-            return Verdict.LATE
+            return FixFate.LATE
         before = self._states[index - 1]
         odometry = before.odometry
         after = self._states[index] if index < len(self._states) else None
         if after is not None and self._driven(before, after.time, after.odometry) is not None:
             odometry = interpolate(odometry, after.odometry, (time - before.time) / (after.time - before.time))
         if self.turned is not None and not own:
-            return Verdict.TURNED
+            return FixFate.TURNED
         state = self._moved(before, time, odometry)
         if not own and fix.heading is not None and (not self._along or _far(self._along[-1][1], odometry) >= _APART):
             self._along.append((fix, odometry))
         found, distance = _updated(state, fix)
         if not distance <= _gate(fix):
-            return Verdict.FAR if own else self._refuse(fix, state, index)
+            return FixFate.FAR if own else self._refuse(fix, state, index)
         if not own and fix.heading is not None:
             self._refused.clear()
         self._take(found, index, own=own)
-        return Verdict.USED
+        return FixFate.USED
 
     def _take(self, state: _State, index: int, *, own: bool = False) -> None:
         """Put in the state of a fix, and come forward again over all that was heard since."""
@@ -220,18 +220,18 @@ class Estimator:
                 new = found if distance <= _gate(old.fix) else new  # what is known by now may speak against it
             self._states[i] = new
 
-    def _refuse(self, fix: Fix, state: _State, index: int) -> Verdict:
+    def _refuse(self, fix: Fix, state: _State, index: int) -> FixFate:
         """Refuse a fix, unless several in a row agree on where the robot is: then it has been pushed or carried."""
         if fix.heading is None:
-            return Verdict.FAR
+            return FixFate.FAR
         self._refused.append((fix, state.odometry))
         if len(self._refused) < AGREEING:
-            return Verdict.FAR
+            return FixFate.FAR
         self.turned = _turn(self._along)
         if self.turned is not None:
-            return Verdict.TURNED
+            return FixFate.TURNED
         if not all(_agree(*other, fix, state.odometry) for other in self._refused):
-            return Verdict.FAR
+            return FixFate.FAR
         self._refused.clear()
         if math.dist((fix.pose.x, fix.pose.y), state.mean[:2]) > JUMP:
             self._lost_until = state.time + LOST
@@ -241,7 +241,7 @@ class Estimator:
         covariance[3:, 3:] = state.covariance[3:, 3:]
         del self._states[:index]
         self._take(_State(state.time, state.odometry, mean, covariance, fix), 0)
-        return Verdict.MOVED
+        return FixFate.MOVED
 
     def _driven(self, state: _State, time: float, odometry: Pose) -> Pose | None:
         """The way since a state by the odometry, in the frame of the robot then; None if the odometry began anew."""

@@ -41,8 +41,8 @@ from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.excess import excess
 from vrg.launch.sandbox.seal import check_able
 from vrg.playing import deciding
-from vrg.playing.deciding import Answer, Decided, Failed, Job
-from vrg.playing.elsewhere import job_elsewhere
+from vrg.playing.deciding import Answer, Assignment, Decision, Failed
+from vrg.playing.elsewhere import assignment_elsewhere
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.runs.step_log import Line, Missed, Unmade
 from vrg.system import POSIX
@@ -195,16 +195,16 @@ class SubprocessStrategy(SteppedStrategy):
         frames: Frames[Answer] = Frames(Answer, BANNER if machine in setup.hosts else b"")  # type: ignore[arg-type]
         self._elsewhere = machine in setup.hosts
         if self._elsewhere:
-            job = job_elsewhere(setup, name, sealed=sealed)
+            assignment = assignment_elsewhere(setup, name, sealed=sealed)
             self._reach(Connection(machine, setup.hosts[machine], log, "node strategy", frames), machine)
         else:
             hidden = "" if keys is None else str(keys.resolve())
-            job = Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make, pinned, hidden)
+            assignment = Assignment(setup.for_player(name), name, str(run.path.resolve()), sealed, make, pinned, hidden)
             with os.fdopen(os.dup(1), "wb") if shares_output else log.open("ab") as file:
                 self._process = server.run(deciding.__name__, (), file, trusted=not sealed)
             pipe = self._process.detached()
             self._channel = Channel(pipe, pipe, frames)
-        self._send(msgspec.json.encode(job))
+        self._send(msgspec.json.encode(assignment))
         threading.Thread(target=self._watch, args=(run.path,), daemon=True).start()
         while not self._has_answered(_LOOK):
             pass
@@ -257,7 +257,7 @@ class SubprocessStrategy(SteppedStrategy):
         failed = False
         if self._late and self._has_answered(0.0):
             self._late = False
-            failed = not self._answers or not isinstance(self._answers[0], Decided)
+            failed = not self._answers or not isinstance(self._answers[0], Decision)
             if not failed:
                 del self._answers[0]  # of what it has decided too late nothing is heard
         self._asked = not self._late and not failed
@@ -344,7 +344,7 @@ class SubprocessStrategy(SteppedStrategy):
         if isinstance(answer, Failed):
             self.close()
             raise StrategyError(answer.words, final=answer.final)
-        if not isinstance(answer, Decided):
+        if not isinstance(answer, Decision):
             raise self._end("it has ended" if answer is None else f"it has answered {type(answer).__name__}")
         self._mode, payload = answer.mode, answer.payload
         try:

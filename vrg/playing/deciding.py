@@ -1,8 +1,8 @@
 """The process of a strategy that decides apart from its match: it makes the strategy, and answers each view.
 
-`vrg.playing.apart` is the side of the match. From there come a `Job` as JSON and then views, which are pickled. Back go
-messages of `Answer` as MessagePack, and nothing that would be run: a student's code may write there, too. Four bytes
-before each tell its length, the most significant first.
+`vrg.playing.apart` is the side of the match. From there come an `Assignment` as JSON and then views, which are
+pickled. Back go messages of `Answer` as MessagePack, and nothing that would be run: a student's code may write there,
+too. Four bytes before each tell its length, the most significant first.
 """
 
 import contextlib
@@ -32,7 +32,7 @@ from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.runs.run_folder import RunFolder
 
 
-class Job(Struct, frozen=True):
+class Assignment(Struct, frozen=True):
     """The ingredients of a strategy: the set-up of its player's process, the player, and the run folder.
 
     Args:
@@ -60,7 +60,7 @@ class Ready(Struct, frozen=True, tag=True):
     complaint: str
 
 
-class Decided(Struct, frozen=True, tag=True):
+class Decision(Struct, frozen=True, tag=True):
     """The decision of the strategy.
 
     Args:
@@ -80,7 +80,7 @@ class Failed(Struct, frozen=True, tag=True):
     final: bool
 
 
-Answer = Ready | Decided | Failed
+Answer = Ready | Decision | Failed
 
 
 class _Pipe:
@@ -100,12 +100,12 @@ def main(_arguments: Sequence[str] = ()) -> int:
     return decide(os.dup(0), os.dup(0))
 
 
-def decide(reader: int, writer: int, placed: Callable[[Job], Job] = lambda job: job) -> int:
+def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] = lambda assignment: assignment) -> int:
     """Make a strategy, and answer until the match closes its end.
 
     Args:
         reader, writer: the descriptors by which it hears the match and answers it.
-        placed: what becomes of the job before; it may raise a ConfigError.
+        placed: what becomes of the assignment before; it may raise a ConfigError.
     """
     from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
 
@@ -116,21 +116,29 @@ def decide(reader: int, writer: int, placed: Callable[[Job], Job] = lambda job: 
     say_where_on_request()
     time = [0.0]
     try:
-        job = placed(msgspec.json.decode(pipe.receive(), type=Job))
-        setproctitle(f"vrg strategy {job.name} in {Path(job.run).name}")
-        if job.sealed:
-            keys = Path(job.keys) if job.keys else None
-            seal(policy_of(job.setup, job.name, run=RunFolder(Path(job.run)), keys=keys, pinned=job.pinned))
+        assignment = placed(msgspec.json.decode(pipe.receive(), type=Assignment))
+        setproctitle(f"vrg strategy {assignment.name} in {Path(assignment.run).name}")
+        if assignment.sealed:
+            keys = Path(assignment.keys) if assignment.keys else None
+            seal(
+                policy_of(
+                    assignment.setup,
+                    assignment.name,
+                    run=RunFolder(Path(assignment.run)),
+                    keys=keys,
+                    pinned=assignment.pinned,
+                )
+            )
             tell_of_refusals(REFUSAL_ADVICE)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         # The seal bounds memory, too.
-        memory = contextlib.nullcontext() if job.sealed else MemoryBound(job.setup.memory)
+        memory = contextlib.nullcontext() if assignment.sealed else MemoryBound(assignment.setup.memory)
         with memory, printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
-            if not job.make:
-                strategy_class(job.setup.player(job.name).strategy, Path(job.setup.base))
+            if not assignment.make:
+                strategy_class(assignment.setup.player(assignment.name).strategy, Path(assignment.setup.base))
                 pipe.send(Ready((), ""))
                 return 0
-            strategy = strategy_of(job.setup, job.name)
+            strategy = strategy_of(assignment.setup, assignment.name)
             pipe.send(Ready(tuple(map(str, strategy.priorities)), str(strategy.complaint("{}"))))
             _answer(strategy, pipe, time)
     except EOFError:
@@ -168,7 +176,7 @@ def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
             if warn_once(problem):
                 print(strategy.complaint(problem))
         twist = action.twist
-        pipe.send(Decided((twist.v, twist.w, twist.side), payload, mode))
+        pipe.send(Decision((twist.v, twist.w, twist.side), payload, mode))
 
 
 if __name__ == "__main__":

@@ -19,15 +19,15 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.games import file_of
 from vrg.launch.remote.travel import take_in
 from vrg.launch.remote.wire import BANNER, FilePart
-from vrg.playing.deciding import Job, decide
+from vrg.playing.deciding import Assignment, decide
 from vrg.runs.run_folder import RunFolder
 
 _LOOK = 0.2
 """The longest real time in s between two looks at whether this is to stop."""
 
 
-def job_elsewhere(setup: MatchSetup, name: str, *, sealed: bool) -> Job:
-    """The job of a strategy's process on another machine, with the files of the strategy.
+def assignment_elsewhere(setup: MatchSetup, name: str, *, sealed: bool) -> Assignment:
+    """The assignment of a strategy's process on another machine, with the files of the strategy.
 
     Raises:
         ConfigError: there is no such player, or a file cannot be read.
@@ -42,27 +42,29 @@ def job_elsewhere(setup: MatchSetup, name: str, *, sealed: bool) -> Job:
         if (file := file_of(target)) is not None:
             setup = setup.substituted(name, f"{code.name}{target.removeprefix(file)}")
     setup = structs.replace(setup, base="", origin="", map="")
-    return Job(setup.for_player(name), name, "", sealed, make=True, files=files)
+    return Assignment(setup.for_player(name), name, "", sealed, make=True, files=files)
 
 
-def _placed(home: Path, job: Job) -> Job:
-    """The job, once its files are written to a folder.
+def _placed(home: Path, assignment: Assignment) -> Assignment:
+    """The assignment, once its files are written to a folder.
 
     Raises:
         ConfigError: it comes from another version of VRG, or they cannot be written.
     """
-    if job.version != __version__:
-        raise ConfigError(f"expected VRG {__version__} as on this machine, got {job.version}: install one on both")
+    if assignment.version != __version__:
+        raise ConfigError(
+            f"expected VRG {__version__} as on this machine, got {assignment.version}: install one on both"
+        )
     try:
-        for name, data in job.files.items():
+        for name, data in assignment.files.items():
             take_in(home, FilePart(name, data, begins=True))
         run = RunFolder(home)
         run.prepare()
         os.chdir(home)
     except OSError as error:
         raise ConfigError(f"{home}: cannot be written: {error.strerror}") from None
-    setup = structs.replace(job.setup, base=str(home), origin=str(run.match_file))
-    return structs.replace(job, setup=setup, run=str(home))
+    setup = structs.replace(assignment.setup, base=str(home), origin=str(run.match_file))
+    return structs.replace(assignment, setup=setup, run=str(home))
 
 
 def serve() -> int:

@@ -7,7 +7,7 @@ from msgspec import Struct, structs
 
 from vrg.bus.messages import SensorMessage
 from vrg.geometry import compose
-from vrg.hal.sensors.depiction import Cones, Fix, Picture, Rays
+from vrg.hal.sensors.depiction import Cones, Picture, Place, Rays
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.recording import foxglove as fg
 from vrg.recording.scene import cones_entity
@@ -36,8 +36,8 @@ def records_of(
             return [structs.replace(reading, **fields), *drawn]
         case Picture() as picture:
             return [fg.CompressedImage(at, name, picture.png, "png")]
-        case Fix() as fix:
-            return _place(fix, at)
+        case Place() as place:
+            return _place(place, at)
         case _:
             return [reading]
 
@@ -50,12 +50,12 @@ def _scan(rays: Rays, at: fg.Time, where: Pose) -> fg.LaserScan:
     return fg.LaserScan(at, fg.FRAME_ID, fg.pose_of(pose.x, pose.y, pose.theta), rays.first, end, ranges, [])
 
 
-def _place(fix: Fix, at: fg.Time) -> list[Struct]:
-    """The place on the earth in degrees. Without a fix there is no record: a viewer would show the place (0, 0)."""
-    if fix.latitude is None or fix.longitude is None:
+def _place(place: Place, at: fg.Time) -> list[Struct]:
+    """The place on the earth in degrees. Without a place there is no record: a viewer would show the place (0, 0)."""
+    if place.latitude is None or place.longitude is None:
         return []
     # The ninth decimal of a degree is a tenth of a millimetre.
-    latitude, longitude = round(math.degrees(fix.latitude), 9), round(math.degrees(fix.longitude), 9)
+    latitude, longitude = round(math.degrees(place.latitude), 9), round(math.degrees(place.longitude), 9)
     return [fg.LocationFix(at, fg.FRAME_ID, latitude, longitude)]
 
 

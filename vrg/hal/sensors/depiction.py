@@ -81,12 +81,12 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Fix:
+class Place:
     """A place on the earth. latitude, longitude: rad, WGS 84; None where it is not known."""
 
     latitude: float | None
     longitude: float | None
 
 
-Depiction = Rays | Cones | Ticks | Picture | Fix
+Depiction = Rays | Cones | Ticks | Picture | Place
 """A measurement of a sensor, in one of the forms that windows and viewers draw."""

@@ -7,7 +7,7 @@ from typing import Annotated, Final
 from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.depiction import Fix
+from vrg.hal.sensors.depiction import Place
 from vrg.hal.sensors.spec import Rate, SensorSpec
 from vrg.types import Count, Deviation, Metres, Vector
 
@@ -60,7 +60,7 @@ class GpsSpec(SensorSpec):
     message = Gps
     simulation = "vrg.hal.sim.sensors.gps:GpsSimulation"
     synthesised = True
-    depiction = Fix
+    depiction = Place
 
     height: Metres = 0.5
     position_noise: Deviation = 1.5
@@ -68,9 +68,9 @@ class GpsSpec(SensorSpec):
     mask: Annotated[float, Meta(ge=0.0, le=math.pi / 2)] = math.radians(10)
     rate: Rate = 1.0
 
-    def depict(self, reading: Gps) -> Fix:
+    def depict(self, reading: Gps) -> Place:
         """The place on the earth."""
-        return Fix(reading.latitude, reading.longitude)
+        return Place(reading.latitude, reading.longitude)
 
 
 def to_wgs84(place: Vector, origin: tuple[float, float]) -> tuple[float, float]:
