@@ -288,7 +288,7 @@ BUDGETS = {
     "testing": 1_165,  # with what a simulated CAN bus shares, seeded matches and leaps that try rules, an audience
     "agents": 1_410,
     "recording": 1_155,  # with what a file of MCAP cannot hold
-    "playing": 1_640,  # with the bound of match time, the seal of files alone, and players' processes
+    "playing": 1_645,  # with the bound of match time, the seal of files alone, and players' processes
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 810,  # with the bounds of students' code in a shared process, where plug-ins lie, and signals
     "navigation": 400,
