@@ -17,6 +17,7 @@ from vrg.hal.models.drivetrain import Drivetrain
 from vrg.tables import Table
 
 InterfaceName = Annotated[str, AfterValidator(known_interface)]
+ProtocolName = Annotated[str, AfterValidator(PROTOCOLS.known)]
 
 
 class MotorSettings(Table):
@@ -67,14 +68,9 @@ class RobotWiring(Table):
     channel: str | None = None
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
     adapter: dict[str, AdapterValue] | None = None
-    protocol: str | None = None
+    protocol: ProtocolName | None = None
     options: dict[str, Any] = Field(default_factory=dict)
     motor: MotorSettings = Field(default_factory=lambda: MotorSettings.model_validate({}))
-
-    @field_validator("protocol")
-    @classmethod
-    def _protocol(cls, value: str | None) -> str | None:
-        return value if value is None else PROTOCOLS.known(value)
 
     # One validator for each field, so that all mistakes are found at once; what is wrong itself is not in `info.data`.
     @field_validator("axes")
