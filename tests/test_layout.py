@@ -264,7 +264,7 @@ def test_a_command_does_not_load_the_others() -> None:
 BUDGETS = {
     "ui": 5_830,  # with the connections of a crowd, gamepads, the latch of the emergency stop, what a match awaits
     "commands": 2_795,  # with an emergency stop that tries all ways, addresses with remarks, what to do after a match
-    "hal/can": 2_700,  # with drives that are met again, are silent for a moment, or tell what cannot be
+    "hal/can": 2_790,  # with drives that are met again, or tell what cannot be; judges of one thing each
     "launch": 4_000,  # with the variables of processes that are not sealed, the owner of a folder, rules that fail
     "games": 3_570,  # with the look of what lies on a field
     "bus": 2_290,  # with what a slow listener is given first

@@ -9,7 +9,6 @@ from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.hal.can.dropouts import DROPOUT_WINDOW, DROPOUTS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import (
-    ANY_SUPPLY,
     FAILED_STARTS,
     HEARTBEAT_TIMEOUT,
     OBEY_TIMEOUT,
@@ -19,6 +18,7 @@ from vrg.hal.can.guard import (
     STATUS_GRACE,
     Guard,
 )
+from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command

@@ -11,7 +11,8 @@ From the bottom up, each module can be read apart:
     protocols             the protocols by name, also those of other packages
     base                  wheels from axes, odometry from encoders
     plausibility          whether a motor does what it was asked
-    guard                 when the motors must be off
+    judges/               what is wrong with drives, one thing each
+    guard                 when the motors must be off: asks the judges, and acts
     meeting               the steps in which a robot meets its drives
     machine               the states of a drive train: events in, orders out
     train                 the thin shell around it: the lock, the threads, the bus and the clock

@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport, MotorState
 from vrg.hal.can.dropouts import DROPOUT, Dropouts
-from vrg.hal.can.identity import Identity
+from vrg.hal.can.judges.identity import Identity
+from vrg.hal.can.judges.supply import ANY_SUPPLY, Supply
 
 HEARTBEAT_TIMEOUT = 0.5
 """s without a heartbeat after which a drive is taken for dead. It sends one every 0.1 s."""
@@ -31,15 +32,6 @@ SETPOINT_TIMEOUT = 0.2
 """s between setpoints from which on it is this computer that is too busy."""
 LATE = 0.13
 """s between setpoints from which on a drive's own watchdog may have stopped its motor, and its wires may be good."""
-LOW_SUPPLY = 0.8
-"""The part of the voltage of an empty battery below which no battery of this kind can be."""
-HIGH_SUPPLY = 1.25
-"""The part of the voltage of a full battery above which no battery of this kind can be, not even as motors brake."""
-SUPPLY_TIMEOUT = 1.0
-"""s for which a supply may be that low or high, as when many motors start at once. Time at which it is not is taken
-off."""
-ANY_SUPPLY = (0.0, math.inf)
-"""The voltages of an empty and a full battery that are not known, V."""
 COAST_TIMEOUT = 1.0
 """s after the order to be off in which a motor must have become slower."""
 COASTS = 0.9
@@ -91,7 +83,7 @@ class Guard:
     ) -> None:
         self._axes = axes
         self._identity = Identity(axes, serials or {})
-        self._empty, self._full = supply
+        self._supply = Supply(*supply)
         self.fault: str | None = None
         self.estop = False
         self.at_drive = False
@@ -112,7 +104,6 @@ class Guard:
         self._proofs, self._proved_before, self._disturbed = 0, False, False
         self._failed_starts = Counter[int]()
         self._dropouts = Dropouts()
-        self._odd_supply: dict[int, tuple[float, float, bool]] = {}
         self._started: set[int] = set()
         self._proved: set[int] = set()
 
@@ -125,7 +116,7 @@ class Guard:
         self._on_since.clear()
         self._failed_starts.clear()
         self._dropouts = Dropouts()
-        self._odd_supply.clear()
+        self._supply.begin()
         self._since = now
         self._identity.judge()  # whoever has answered first is expected from now on
         for axis in self._axes:
@@ -252,7 +243,7 @@ class Guard:
         if problem is not None:
             self.latch(problem)
         if self.not_off is None and (wrong := self._identity.judge()):
-            self.fault = wrong  # it explains what else has latched
+            self.fault = str(wrong)  # it explains what else has latched
         self._identity.forget([axis for axis in self._axes if self._is_silent(axis, heard_until)])
         again = False
         if self.fault or self.estop or stopped:
@@ -393,6 +384,8 @@ class Guard:
         for axis in self._axes:
             problem = self._silence(axis, heard_until) or (axis.fault if not forgiven else None)
             problem = problem or self._lack(axis, heard_until)
+            if not problem and (found := self._supply.judge(axis, armed=self.armed_by_player)):
+                return str(found)
             # What a drive has reported before this process did not run shows nothing of how it has started since.
             began = max(self.armed_at, self._excuse(axis, "reported"))
             due = self.armed_by_player and (axis.node in self._started or heard_until - began > START_TIMEOUT)
@@ -416,32 +409,11 @@ class Guard:
         return None
 
     def _lack(self, axis: AxisReport, heard_until: float) -> str | None:
-        """The fault of a drive that is alive: it sends no encoder messages, or its supply is too low."""
+        """The fault of a drive that is alive: it sends no encoder messages."""
         measured = self._heard_of(axis)
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
-        # Motors that are off draw nothing, and a person may have cut their power on purpose.
-        if not self.armed_by_player or axis.voltage is None:
-            self._odd_supply.pop(axis.node, None)
-        elif self._odd_for(axis, axis.voltage) >= SUPPLY_TIMEOUT:
-            high = axis.voltage > self._full
-            battery, volts = ("a full battery", self._full) if high else ("an empty battery", self._empty)
-            question = "is it the right one" if high else "is the emergency switch released"
-            return (
-                f"its supply has {axis.voltage:.3g} V, where {battery} has {volts:g} V: {question}? Charge or change "
-                "the battery, or correct `supply` in the wiring of this robot"
-            )
         return None
-
-    def _odd_for(self, axis: AxisReport, voltage: float) -> float:
-        """s for which a supply was too low or too high, less those for which it was neither: those between two values
-        that agree."""
-        at, seconds, before = self._odd_supply.get(axis.node, (axis.supplied, 0.0, False))
-        odd, since = not LOW_SUPPLY * self._empty <= voltage <= HIGH_SUPPLY * self._full, axis.supplied - at
-        if odd == before:
-            seconds = seconds + since if odd else max(0.0, seconds - since)
-        self._odd_supply[axis.node] = axis.supplied, seconds, odd
-        return seconds
 
     def _reason(self, axis: AxisReport, heard_until: float) -> str:
         """Why a motor may be off that should be on, in words."""

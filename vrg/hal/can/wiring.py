@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from vrg.errors import ConfigError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.guard import ANY_SUPPLY
+from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.link import AdapterValue, known_interface
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.models.drivetrain import Drivetrain

@@ -1,0 +1,9 @@
+"""The judges of a robot's guard: each judges one thing, by the reports of the drives and the time that it is given.
+
+A judge has no bus, no clock and no thread, orders nothing and knows no other judge. What it finds is a `Reason`; the
+guard asks the judges in a fixed order, and acts.
+
+    reasons     what a judge may find, and its words
+    identity    drives that are not those that they were
+    supply      supplies that no battery of the robot has
+"""
