@@ -5,6 +5,7 @@ import pytest
 from tests.command_line import invoke
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
+from vrg.hal.can.judges.silence import Silence
 from vrg.hal.can.machine import StateMachine
 from vrg_faults.command import lived
 from vrg_faults.robot.life import Counterexample, Life
@@ -41,7 +42,7 @@ def latches_for_no_reason(guard: Guard, heard_until: float) -> str | None:
         (StateMachine, "_estimate", lambda *_: None),
         (Guard, "_problem", latches_for_no_reason),
         (DriveBase, "update", lambda _self, _node, _estimate, _turns: 0.0),
-        (Guard, "_silence", lambda *_: None),
+        (Silence, "judge", lambda *_: None),
     ],
     ids=["believes its encoders", "false alarms", "does not count", "waits for who is silent"],
 )

@@ -6,18 +6,16 @@ from collections.abc import Callable
 import pytest
 
 from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
-from vrg.hal.can.dropouts import DROPOUT_WINDOW, DROPOUTS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import (
     FAILED_STARTS,
-    HEARTBEAT_TIMEOUT,
-    OBEY_TIMEOUT,
-    OFF_PERIOD,
     PROOF_TIMEOUT,
     START_TIMEOUT,
     STATUS_GRACE,
     Guard,
 )
+from vrg.hal.can.judges.off import OBEY_TIMEOUT, OFF_PERIOD
+from vrg.hal.can.judges.silence import DROPOUT_WINDOW, DROPOUTS, HEARTBEAT_TIMEOUT
 from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis

@@ -17,10 +17,10 @@ from typing import NamedTuple
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport, MotorState
 from vrg.hal.can.base import DriveBase, Estimate
-from vrg.hal.can.dropouts import BEGINNING
-from vrg.hal.can.guard import BUSY, OFF_PERIOD, START_TIMEOUT, Guard
+from vrg.hal.can.guard import BUSY, START_TIMEOUT, Guard
+from vrg.hal.can.judges.off import OFF_PERIOD
 from vrg.hal.can.judges.supply import ANY_SUPPLY
-from vrg.hal.can.plausibility import ENCODER, Plausibility
+from vrg.hal.can.plausibility import BEGINNING, ENCODER, Plausibility
 from vrg.hal.driver import COMMAND_TIMEOUT
 
 log = logging.getLogger(__name__)

@@ -4,6 +4,8 @@ A judge has no bus, no clock and no thread, orders nothing and knows no other ju
 guard asks the judges in a fixed order, and acts.
 
     reasons     what a judge may find, and its words
+    silence     drives that are not heard, for good or again and again, or that make no sense
     identity    drives that are not those that they were
     supply      supplies that no battery of the robot has
+    off         drives that stay on, or turn on, though they were ordered to be off
 """
