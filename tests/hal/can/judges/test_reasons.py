@@ -8,7 +8,7 @@ from vrg.hal.can.judges.reasons import Cause, Reason
 
 
 def test_a_reason_names_its_node_and_tells_its_values() -> None:
-    assert str(Reason(3, Cause.SWAPPED, ("B", "A"))).startswith("node 3: its drive has serial number B, expected A: ")
+    assert str(Reason(3, Cause.NO_HEARTBEAT, (0.5,))) == "node 3: no heartbeat for 0.5 s"
     assert str(Reason(3, Cause.REPORTED, ("{braces}",))) == "node 3: {braces}", "a drive's own words are not a format"
 
 

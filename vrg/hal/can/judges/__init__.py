@@ -7,5 +7,7 @@ guard asks the judges in a fixed order, and acts.
     silence     drives that are not heard, for good or again and again, or that make no sense
     identity    drives that are not those that they were
     supply      supplies that no battery of the robot has
+    start       drives that do not start, or do not stay on, though they were asked to
     off         drives that stay on, or turn on, though they were ordered to be off
+    proof       whether the drives' own watchdogs have been seen to work
 """

@@ -3,7 +3,10 @@
 import enum
 from typing import NamedTuple
 
+BUSY = "was this program stopped, or is this computer too busy?"
+"""What a person should ask about setpoints that did not come."""
 _CUT_POWER = "though it was ordered to be off: cut the power of its motor"
+_NOT_ON = "expected closed-loop control, but it is idle"
 _BATTERY = "Charge or change the battery, or correct `supply` in the wiring of this robot"
 
 
@@ -28,8 +31,25 @@ class Cause(enum.Enum):
         "its supply has {:.3g} V, where an empty battery has {:g} V: is the emergency switch released? " + _BATTERY
     )
     HIGH_SUPPLY = "its supply has {:.3g} V, where a full battery has {:g} V: is it the right one? " + _BATTERY
+    REFUSES = _NOT_ON + " and reports {}"
+    NO_SETPOINTS = _NOT_ON + ": this computer is too busy, it sent no setpoint for {:.2g} s. Close other programs"
+    IDLE = _NOT_ON + " and gives no reason: does it hear this computer, and can it start (see `vrg can scan`)?"
+    EXPIRED = f"its watchdog has stopped its motor, as no setpoint came in time: {BUSY}"
+    NEVER_STARTS = (
+        "it was ordered {} times to start, and goes on reporting that its watchdog has stopped it: it does not hear "
+        "this computer. Check the wires and the plug of this drive"
+    )
     ON = f"it is on, {_CUT_POWER}"
     TURNS = f"it turns at {{:.3g}} turn/s, {_CUT_POWER}"
+    UNPROVED = (
+        "its own watchdog has not stopped it within {:g} s without setpoints, as far as it reports: set the watchdog "
+        "in the drive to 0.2 s. Where it has that, frames come late: try without gateways, or with another adapter. To "
+        'do without, write watchdog = "unsafe" in the wiring of this robot (`vrg can jog`: --unsafe)'
+    )
+    UNPROVED_NOW = (
+        "its frames or its setpoints were lost, or they come late: its own watchdog has stopped it before, and not "
+        "within {:g} s now. Check the wires and the plug of this drive, and what is between"
+    )
 
 
 class Reason(NamedTuple):
