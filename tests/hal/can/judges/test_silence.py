@@ -53,6 +53,8 @@ def test_a_moment_is_told_of_a_drive_that_is_not_heard_or_does_not_hear() -> Non
     axis = report()
     assert Silence().judge_moment(axis, NOW + DROPOUT - 0.01) is None
     assert cause(Silence().judge_moment(axis, NOW + DROPOUT + 0.01)) is Cause.QUIET
+    axis.measured = NOW + DROPOUT
+    assert Silence().judge_moment(axis, NOW + DROPOUT + 0.01) is None, "its encoder is heard"
     axis.deaf = True
     assert cause(Silence().judge_moment(axis, NOW)) is Cause.DEAF
 

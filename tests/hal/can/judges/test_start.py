@@ -86,5 +86,8 @@ def test_a_watchdog_has_expired_unless_it_was_to_or_tells_of_before(start: Start
 def test_a_drive_that_never_starts_hears_nothing(start: Start) -> None:
     found = [start.judge_failed(1) for _ in range(FAILED_STARTS)]
     assert found == [*[None] * (FAILED_STARTS - 1), (1, Cause.NEVER_STARTS, (FAILED_STARTS,))]
+    start.begin()
+    assert start.judge_failed(1) is None, "a person has mended its wires"
+    assert [bool(start.judge_failed(1)) for _ in range(FAILED_STARTS - 1)][-1]
     start.look([started()], NOW + 0.01)
     assert start.judge_failed(1) is None, "they are counted in a row"
