@@ -274,7 +274,7 @@ def test_a_command_does_not_load_the_others() -> None:
 BUDGETS = {
     "ui": 5_830,  # with the connections of a crowd, gamepads, the latch of the emergency stop, what a match awaits
     "commands": 2_850,  # with an emergency stop that tries all ways, what to do after a match, options of packages
-    "hal/can": 2_700,  # with drives that are met again, are silent for a moment, or tell what cannot be
+    "hal/can": 2_790,  # with drives that are met again, or tell what cannot be; judges of one thing each
     "launch": 3_945,  # with the variables of processes that are not sealed, the owner of a folder, rules that fail
     "games": 3_570,  # with the look of what lies on a field
     "bus": 2_585,  # with the rules and the entrance of its router, and what a slow listener is given first

@@ -5,6 +5,8 @@ import pytest
 from tests.command_line import invoke
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
+from vrg.hal.can.judges.reasons import Cause, Reason
+from vrg.hal.can.judges.silence import Silence
 from vrg.hal.can.machine import StateMachine
 from vrg_faults.command import lived
 from vrg_faults.robot.life import Counterexample, Life
@@ -30,9 +32,10 @@ def test_a_seed_is_the_same_life_every_time() -> None:
     assert lives[0]
 
 
-def latches_for_no_reason(guard: Guard, heard_until: float) -> str | None:
+def latches_for_no_reason(guard: Guard, heard_until: float) -> Reason | None:
     """A guard that has a fault after a while in which nothing is wrong."""
-    return "no reason at all" if guard.armed_by_player and heard_until - guard.armed_at > 1.5 else None
+    late = guard.armed_by_player and heard_until - guard.start.armed_at > 1.5
+    return Reason(0, Cause.REPORTED, ("no reason at all",)) if late else None
 
 
 @pytest.mark.parametrize(
@@ -41,7 +44,7 @@ def latches_for_no_reason(guard: Guard, heard_until: float) -> str | None:
         (StateMachine, "_estimate", lambda *_: None),
         (Guard, "_problem", latches_for_no_reason),
         (DriveBase, "update", lambda _self, _node, _estimate, _turns: 0.0),
-        (Guard, "_silence", lambda *_: None),
+        (Silence, "judge", lambda *_: None),
     ],
     ids=["believes its encoders", "false alarms", "does not count", "waits for who is silent"],
 )

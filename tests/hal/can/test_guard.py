@@ -6,19 +6,13 @@ from collections.abc import Callable
 import pytest
 
 from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
-from vrg.hal.can.dropouts import DROPOUT_WINDOW, DROPOUTS
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.guard import (
-    ANY_SUPPLY,
-    FAILED_STARTS,
-    HEARTBEAT_TIMEOUT,
-    OBEY_TIMEOUT,
-    OFF_PERIOD,
-    PROOF_TIMEOUT,
-    START_TIMEOUT,
-    STATUS_GRACE,
-    Guard,
-)
+from vrg.hal.can.guard import Guard
+from vrg.hal.can.judges.off import OBEY_TIMEOUT, OFF_PERIOD
+from vrg.hal.can.judges.proof import PROOF_TIMEOUT
+from vrg.hal.can.judges.silence import DROPOUT_WINDOW, DROPOUTS, HEARTBEAT_TIMEOUT
+from vrg.hal.can.judges.start import FAILED_STARTS, START_TIMEOUT, STATUS_GRACE
+from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
@@ -72,7 +66,7 @@ class Pair:
 
     def arm(self) -> None:
         """Arm drives whose watchdogs have been proved."""
-        self.guard.unproved = False
+        self.guard.proof.unproved = False
         assert self.guard.refusal(self.now) is None
         self.start(CLOSED, CLOSED)
         assert self.guard.armed
@@ -355,7 +349,7 @@ class TestProof:
     def test_a_watchdog_that_is_too_slow_is_no_proof(self, asked: Pair) -> None:
         asked.pass_time(PROOF_TIMEOUT, CLOSED, CLOSED)
         self.expire(asked, 0, 1)
-        assert asked.guard.unproved
+        assert asked.guard.proof.unproved
 
     def test_an_expiry_of_before_that_is_told_once_more_is_no_proof(self, pair: Pair) -> None:
         pair.guard.arm(pair.now)
@@ -365,7 +359,7 @@ class TestProof:
             pair.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.05)
         pair.pass_time(0.1, CLOSED, CLOSED)
         assert pair.guard.withholding
-        assert pair.guard.unproved
+        assert pair.guard.proof.unproved
         assert not pair.guard.rearm_pending
 
     def test_setpoints_are_withheld_only_once_every_motor_is_on(self, pair: Pair) -> None:
@@ -385,9 +379,9 @@ class TestProof:
         asked.guard.engage()
         assert not asked.guard.rearm_pending, "the player must arm it again"
         asked.guard.release(asked.now)
-        assert not asked.guard.unproved
+        assert not asked.guard.proof.unproved
         asked.guard.begin(asked.now)
-        assert asked.guard.unproved
+        assert asked.guard.proof.unproved
 
     def test_an_estop_ends_it(self, asked: Pair) -> None:
         asked.guard.engage()
@@ -422,7 +416,7 @@ class TestLacks:
 
         low(0.0, 3.0, IDLE)
         assert pair.guard.fault is None, "somebody may have cut the power of motors that are off"
-        pair.guard.unproved = False
+        pair.guard.proof.unproved = False
         pair.arm()
         pair.pass_time(0.2, CLOSED, CLOSED)
         for volts, seconds in ((12.0, 0.5), (24.0, 0.1), (17.0, 3.0)):
@@ -483,7 +477,7 @@ class TestLacks:
                 driven.now += 0.05
                 driven.wires[0].beat(CLOSED, 0, driven.now)
                 Wire.beat(driven.wires[1], CLOSED, 0, driven.now)  # its heartbeats alone
-                driven.guard.command(driven.now)
+                driven.guard.start.command(driven.now)
                 driven.guard.look(driven.now)
             driven.now += 0.12
             driven.guard.catch_up(driven.now)
@@ -496,7 +490,7 @@ class TestLacks:
         driven.arm()
         for _ in range(DROPOUTS):
             for _ in range(10):
-                driven.guard.command(driven.now)
+                driven.guard.start.command(driven.now)
                 driven.pass_time(0.05, CLOSED, CLOSED)
             driven.now += 0.4 if late else 0.06
             driven.guard.catch_up(driven.now)
@@ -524,15 +518,15 @@ class TestLacks:
 
     def test_a_motor_that_does_not_start_on_a_busy_computer_is_not_to_blame(self, pair: Pair) -> None:
         pair.guard.arm(pair.now)
-        pair.guard.command(pair.now + 0.5)
+        pair.guard.start.command(pair.now + 0.5)
         pair.pass_time(START_TIMEOUT + 0.1)
         assert "node 0: expected closed-loop control, but it is idle: this computer is too busy" in pair.fault
 
     def test_a_computer_that_was_busy_long_ago_is_not_to_blame(self, pair: Pair) -> None:
         pair.arm()
-        pair.guard.command(pair.now + 0.5)
+        pair.guard.start.command(pair.now + 0.5)
         for _ in range(60):
-            pair.guard.command(pair.now + 0.05)
+            pair.guard.start.command(pair.now + 0.05)
             pair.hear(CLOSED, CLOSED, after=0.05)
         pair.pass_time(0.1, IDLE, CLOSED)
         assert "but it is idle and gives no reason: does it hear this computer" in pair.fault

@@ -22,7 +22,7 @@ from tests.hal.can.handling import (
 from tests.vcan import INTERFACE
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.guard import COAST_TIMEOUT
+from vrg.hal.can.judges.off import COAST_TIMEOUT
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.simulation import Simulation

@@ -9,9 +9,10 @@ From the bottom up, each module can be read apart:
     axis                  what the layers above see of one motor axis, whatever the protocol
     odrive/               the protocol of ODrives: its codec and its axis
     protocols             the protocols by name, also those of other packages
+    judges/               what is wrong with drives: judges of one thing each
     base                  wheels from axes, odometry from encoders
     plausibility          whether a motor does what it was asked
-    guard                 when the motors must be off
+    guard                 when the motors must be off: asks the judges, and acts
     meeting               the steps in which a robot meets its drives
     machine               the states of a drive train: events in, orders out
     train                 the thin shell around it: the lock, the threads, the bus and the clock

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from msgspec import Struct
 
 from vrg.geometry import along_arc, wrap
-from vrg.hal.can.dropouts import was_restarted
-from vrg.hal.can.plausibility import SLUGGISH, MotorLimits
+from vrg.hal.can.plausibility import SLUGGISH, MotorLimits, was_restarted
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist
 

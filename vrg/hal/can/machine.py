@@ -17,9 +17,12 @@ from typing import NamedTuple
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport, MotorState
 from vrg.hal.can.base import DriveBase, Estimate
-from vrg.hal.can.dropouts import BEGINNING
-from vrg.hal.can.guard import ANY_SUPPLY, BUSY, OFF_PERIOD, START_TIMEOUT, Guard
-from vrg.hal.can.plausibility import ENCODER, Plausibility
+from vrg.hal.can.guard import Guard
+from vrg.hal.can.judges.off import OFF_PERIOD
+from vrg.hal.can.judges.reasons import BUSY
+from vrg.hal.can.judges.start import START_TIMEOUT
+from vrg.hal.can.judges.supply import ANY_SUPPLY
+from vrg.hal.can.plausibility import BEGINNING, ENCODER, Plausibility
 from vrg.hal.driver import COMMAND_TIMEOUT
 
 log = logging.getLogger(__name__)
@@ -97,7 +100,7 @@ class StateMachine:
         self.guard = Guard(reports, self._supply, {axis.node: axis.serial for axis in self.base.axes})
         self.base.restart()
         self.rebind(self.base)
-        self.heard_until = self._looked = self._polled = self._ordered = self._commanded = NEVER
+        self.heard_until = self._looked = self._polled = self._ordered = NEVER
         self._asked, self._turn = NEVER, 0
         self._old_since = math.inf
         self._fault_logged: str | None = None
@@ -146,7 +149,7 @@ class StateMachine:
             return [] if self.guard.armed else self.stand(now)
         if not self.guard.off:
             return []  # what a drive reports of before would be taken for its answer
-        if self.guard.rearm_pending and not self.guard.unproved:
+        if self.guard.rearm_pending and not self.guard.proof.unproved:
             log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
         self.base.rebase()
         self.guard.arm(now)
@@ -188,8 +191,7 @@ class StateMachine:
         if not self.guard.armed:
             # No wheel turns alone while another one starts, and watchdogs are proved at rest.
             setpoints = [(node, 0.0) for node, _ in setpoints]
-        self._commanded = now
-        self.guard.command(now)
+        self.guard.start.command(now)
         for node, velocity in setpoints:
             self._plausibility[node].ask(velocity, now)
         return [Order(AxisMethod.COMMAND, node, (velocity,)) for node, velocity in [*setpoints] * TIMES]
@@ -279,7 +281,7 @@ class StateMachine:
             again = gap > LAG and abs(report.position) < BEGINNING
             guard.latch(f"{where}: {'was the drive started again?' if again else ENCODER}")
         # Without setpoints a motor stops, as it must.
-        fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
+        fresh = report.measured - guard.start.commanded_at <= COMMAND_TIMEOUT
         driven = guard.armed_by_player and report.state is MotorState.CLOSED_LOOP and fresh
         others = [own.turns for other, own in self._plausibility.items() if other != node]
         alone = bool(others) and all(others)
@@ -311,7 +313,7 @@ class StateMachine:
         self._looked = now
         guard, off = self.guard, False
         if self._is_late(now):
-            guard.disarm_late(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s: {BUSY}")
+            guard.disarm(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s: {BUSY}")
             off = True
             guard.ordered_off(self.heard_until)
         off |= guard.look(self.heard_until)
@@ -333,8 +335,8 @@ class StateMachine:
 
         Where the bus was not heard, the drives have judged this themselves, and what they say of it waits to be read.
         """
-        guard = self.guard
-        since = self._commanded if self._commanded > guard.armed_at else guard.armed_at + START_TIMEOUT
+        guard, start = self.guard, self.guard.start
+        since = start.commanded_at if start.commanded_at > start.armed_at else start.armed_at + START_TIMEOUT
         late = now - since > COMMAND_TIMEOUT and self.bus_silence(now) <= BLIND
         return guard.armed_by_player and not guard.proving and late
 

@@ -12,6 +12,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from vrg.hal.can.judges.silence import DROPOUT
+
 FOLLOWING_TIMEOUT = 0.4
 """s for which a motor may not do what it was asked."""
 STALL_TIMEOUT = 1.0
@@ -44,6 +46,8 @@ _UNBELIEVABLE = 10.0
 """The number of times its top speed that no motor turns at, not even if the robot is pushed."""
 ENCODER = "is its encoder loose, its cable disturbed, or are its numbers of another byte order or unit?"
 """What a person should ask about a position that jumps."""
+BEGINNING = 1.0
+"""The turns around zero in which the position of a drive begins that was started again."""
 _SETPOINTS = 256
 """The most setpoints that are kept until a newer estimate has arrived."""
 _GAP = 0.1
@@ -252,3 +256,18 @@ class Plausibility:
             f"its position has changed by {self._off:+.3g} turns more than its speed says: the encoder slips, or its "
             "speed and its position have other units than is expected"
         )
+
+
+def was_restarted(gap: float, position: float, way: float, velocity: float, slack: float) -> bool:
+    """Whether a drive that is heard again was started again, instead of having rolled on at most as fast as before.
+
+    Args:
+        gap: the time since its last position, s; infinite = there was none.
+        position: its position now, turns. way: how far that is from its last one, turns.
+        velocity: its last velocity, turns/s.
+        slack: the turns by which its motor may have rolled on farther than this velocity says.
+    """
+    if not DROPOUT < gap < math.inf or abs(position) >= BEGINNING:
+        return False
+    least, most = sorted((0.0, velocity * gap))
+    return not least - slack <= way <= most + slack

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from vrg.errors import ConfigError
 from vrg.hal.backends import Companion
@@ -12,7 +12,7 @@ from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.link import SERIAL_INTERFACES, AdapterValue, Link, missing_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
-from vrg.hal.can.wiring import InterfaceName, RobotWiring
+from vrg.hal.can.wiring import InterfaceName, ProtocolName, RobotWiring
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.settings import BackendSettings
 from vrg.tables import problems_of
@@ -35,14 +35,9 @@ class CanSettings(BackendSettings):
     channel: str = "can0"
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
     adapter: dict[str, AdapterValue] = Field(default_factory=dict)
-    protocol: str = "odrive"
+    protocol: ProtocolName = "odrive"
     emulate: bool = False
     robots: dict[str, RobotWiring] = Field(default_factory=dict)
-
-    @field_validator("protocol")
-    @classmethod
-    def _protocol(cls, value: str) -> str:
-        return PROTOCOLS.known(value)
 
     @model_validator(mode="after")
     def _nodes(self) -> "CanSettings":

@@ -17,7 +17,7 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis, ProtocolOptions
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.guard import ANY_SUPPLY
+from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.link import Link, Medium
 from vrg.hal.can.machine import AxisMethod, Order, Phase, StateMachine
 from vrg.hal.can.meeting import ASK_PERIOD, Meeting, MeetingStep, MissingError

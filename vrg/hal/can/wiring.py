@@ -10,13 +10,14 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from vrg.errors import ConfigError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.guard import ANY_SUPPLY
+from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.link import AdapterValue, known_interface
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.tables import Table
 
 InterfaceName = Annotated[str, AfterValidator(known_interface)]
+ProtocolName = Annotated[str, AfterValidator(PROTOCOLS.known)]
 
 
 class MotorSettings(Table):
@@ -67,14 +68,9 @@ class RobotWiring(Table):
     channel: str | None = None
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
     adapter: dict[str, AdapterValue] | None = None
-    protocol: str | None = None
+    protocol: ProtocolName | None = None
     options: dict[str, Any] = Field(default_factory=dict)
     motor: MotorSettings = Field(default_factory=lambda: MotorSettings.model_validate({}))
-
-    @field_validator("protocol")
-    @classmethod
-    def _protocol(cls, value: str | None) -> str | None:
-        return value if value is None else PROTOCOLS.known(value)
 
     # One validator for each field, so that all mistakes are found at once; what is wrong itself is not in `info.data`.
     @field_validator("axes")

@@ -15,7 +15,7 @@ from vrg.commands.drives import BusOptions, OptionsOption, ProtocolOption, optio
 from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
-from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
+from vrg.hal.can.judges.silence import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.can.workshop.survey import unheard
 from vrg.hal.models import robot_model
@@ -95,7 +95,7 @@ def _is_off(found: AxisReport, ordered: float) -> bool:
 
 def _unstopped(heard: BusState, ordered: float) -> list[str]:
     """The drives that turn on, or that have not confirmed that they are off, in words."""
-    from vrg.hal.can.guard import TURNING_SPEED
+    from vrg.hal.can.judges.off import TURNING_SPEED
 
     found = []
     for report in heard.nodes:
@@ -221,7 +221,7 @@ def jog(
 ) -> None:
     """Turn one motor slowly, to see which it is and which way it turns. A fault, Ctrl-C or `vrg can stop` stops it."""
     from vrg.hal.can.base import TURN, WheelAxis  # python-can is for who uses a bus
-    from vrg.hal.can.guard import COAST_TIMEOUT, TURNING_SPEED
+    from vrg.hal.can.judges.off import COAST_TIMEOUT, TURNING_SPEED
     from vrg.hal.can.plausibility import STANDSTILL_SHARE
     from vrg.hal.can.train import DriveTrain
     from vrg_drives.bringup.calibrating import bring_up

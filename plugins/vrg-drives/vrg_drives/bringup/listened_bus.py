@@ -7,7 +7,7 @@ from vrg.bus.stopping import StopSignal
 from vrg.errors import RobotError
 from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
+from vrg.hal.can.judges.silence import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link, Medium
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 

@@ -16,7 +16,7 @@ from vrg.commands import drives
 from vrg.commands.drives import BusOptions
 from vrg.commands.options import exit_if_stopped, lasting, make_console
 from vrg.hal.can.axis import NEVER
-from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
+from vrg.hal.can.judges.silence import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
 from vrg.hal.can.workshop.survey import unheard
 from vrg_drives.bringup.listened_bus import ASK_PERIOD, BusState, ListenedBus

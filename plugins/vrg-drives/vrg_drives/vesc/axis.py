@@ -10,8 +10,8 @@ from contextlib import suppress
 from pydantic import Field
 
 from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
-from vrg.hal.can.dropouts import was_restarted
 from vrg.hal.can.frame import Filter, Frame, FrameError
+from vrg.hal.can.plausibility import was_restarted
 from vrg.hal.clock import Clock
 from vrg_drives.vesc import codec
 from vrg_drives.vesc.codec import Comm, Packet, describe_fault

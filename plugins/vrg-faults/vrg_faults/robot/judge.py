@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from vrg.geometry import wrap
-from vrg.hal.can.guard import COAST_TIMEOUT
+from vrg.hal.can.judges.off import COAST_TIMEOUT
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings

@@ -6,6 +6,7 @@ Where two drives have started again with each other's id, the robot would steer 
 from collections.abc import Iterable, Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport
+from vrg.hal.can.judges.reasons import Cause, Reason
 
 
 class Identity:
@@ -31,17 +32,14 @@ class Identity:
         """The node of a drive that has not said yet who it is, though it once could; None if there is none."""
         return next((axis.node for axis in self._axes if axis.node in self._expected and not axis.serials), None)
 
-    def judge(self) -> str | None:
-        """That a drive is not the one that it was, or shares its id, in words; None where neither is known.
+    def judge(self) -> Reason | None:
+        """That a drive is not the one that it was, or shares its id; None where neither is known.
 
         The first one that answers, however late, is the one that is expected from then on.
         """
         for axis in self._axes:
             if axis.shared:
-                return f"node {axis.node}: {axis.shared}"
+                return Reason(axis.node, Cause.REPORTED, (axis.shared,))
             if axis.serials and axis.serial != (expected := self._expected.setdefault(axis.node, axis.serial)):
-                return (
-                    f"node {axis.node}: its drive has serial number {axis.serial}, expected {expected}: were ids or "
-                    "plugs swapped? Swap them back. Where another drive is meant, calibrate and connect the robot anew"
-                )
+                return Reason(axis.node, Cause.SWAPPED, (axis.serial, expected))
         return None
