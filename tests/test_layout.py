@@ -268,7 +268,7 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 5_830,  # with the connections of a crowd, gamepads, the latch of the emergency stop, what a match awaits
-    "commands": 2_845,  # with an emergency stop that tries all ways, what to do after a match, options of packages
+    "commands": 2_850,  # an emergency stop that tries all ways, what comes after a match, options of packages, keys
     "hal/can": 2_700,  # with drives that are met again, are silent for a moment, or tell what cannot be
     "launch": 4_005,  # with the variables of processes that are not sealed, the owner of a folder, rules that fail
     "games": 3_570,  # with the look of what lies on a field
