@@ -16,9 +16,6 @@ from mcap.writer import Writer
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 
-from tests.command_line import invoke
-from tests.damage import deep, mutants
-from tests.tiny import TINY
 from vrg.config.loading import load_match
 from vrg.config.setup import read_setup
 from vrg.coordinator.evidence import read_evidence
@@ -35,6 +32,9 @@ from vrg.runs.events import read_events
 from vrg.runs.result import headline
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import read_steps
+from vrg.testing.command_line import invoke
+from vrg.testing.damage import deep, mutants
+from vrg.testing.tiny import TINY
 
 READ_BY: dict[str, tuple[str, ...]] = {
     "journal.jsonl": ("judge", "result", "why", "why --call 2", "stops", "diff"),

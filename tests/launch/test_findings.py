@@ -4,11 +4,11 @@ from pathlib import Path
 import pytest
 
 from tests.test_machines import MACHINES, load
-from tests.tiny import TINY
 from vrg.config.loading import load_match
 from vrg.launch import findings
 from vrg.launch.findings import Finding, examine
 from vrg.localisation.source import SOURCES
+from vrg.testing.tiny import TINY
 
 
 @pytest.fixture

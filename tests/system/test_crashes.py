@@ -8,8 +8,6 @@ import psutil
 import pytest
 
 from tests.system.conftest import FAULTS
-from tests.system.harness import MINNOWS, PLAYERS, Match
-from tests.system.observer import takeover
 from vrg.bus.codec import Received
 from vrg.bus.messages import OfficialAction, RefereeState, Stage
 from vrg.config.rules import rulebook_of
@@ -19,6 +17,8 @@ from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again
 from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.testing.processes.match import MINNOWS, PLAYERS, Match
+from vrg.testing.processes.observer import takeover
 from vrg.types import STILL
 
 pytestmark = pytest.mark.system

@@ -6,13 +6,13 @@ import math
 import pygame
 import pytest
 
-from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, content, painted, where
 from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION, dulled
 from vrg.games import GAMES, game_of, look
 from vrg.games.game import Marker
 from vrg.regions import Circle
+from vrg.testing.views import synthetic
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.banner import Help, banners

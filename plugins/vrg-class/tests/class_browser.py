@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser
 
-from tests.chromium import Visitor, chromium
 from vrg.launch.endpoints import free_port
+from vrg.testing.views.browser import Visitor, chromium
 from vrg.ui.web.admission import Admission
 from vrg_class.folder import About, ClassFolder
 from vrg_class.league import ClassLeague

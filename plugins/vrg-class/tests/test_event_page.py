@@ -8,7 +8,7 @@ import pytest
 from event_day import LINING_UP, SCENE, TOKEN, Day, day
 from playwright.sync_api import Browser, Route
 
-from tests.chromium import Visitor, chromium
+from vrg.testing.views.browser import Visitor, chromium
 from vrg_class.event.course import Report
 
 STAGE, OFFICIALS, TELEPHONE = (1280, 720), (1024, 768), (390, 844)

@@ -5,8 +5,8 @@ import struct
 
 import pytest
 
-from tests.hal.can.planted import ANOTHER, NODE, Planted, check_filters, check_planted
 from vrg.hal.can.frame import Frame
+from vrg.testing.can.planted import ANOTHER, NODE, Planted, check_filters, check_planted
 from vrg_drives.cia402.codec import Function, NmtCommand, Object, download, nmt, upload
 from vrg_drives.moteus import codec as moteus
 from vrg_drives.moteus.axis import HOST, STOP_SUBFRAMES, setpoint

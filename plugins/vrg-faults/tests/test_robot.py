@@ -2,10 +2,10 @@
 
 import pytest
 
-from tests.command_line import invoke
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
 from vrg.hal.can.machine import StateMachine
+from vrg.testing.command_line import invoke
 from vrg_faults.command import lived
 from vrg_faults.robot.life import Counterexample, Life
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.damage import deep, mutants
 from vrg.errors import VrgError
+from vrg.testing.damage import deep, mutants
 from vrg_league.folder import GameRecord, read_definition, read_records
 
 READERS: dict[str, tuple[bytes, Callable[[Path], object]]] = {

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.damage import mutants
 from vrg.errors import VrgError
+from vrg.testing.damage import mutants
 from vrg_learn.policy import load
 
 POLICY = io.BytesIO()

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from tests.hal.can.planted import ANOTHER, NODE, Planted, check_filters, check_planted
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec as odrive
 from vrg.hal.can.odrive import messages as m
 from vrg.hal.can.odrive.messages import AxisState, Command
+from vrg.testing.can.planted import ANOTHER, NODE, Planted, check_filters, check_planted
 
 
 def od(message: m.Message, node: int = NODE) -> Frame:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch.process_log import FLOOD_WINDOW, MAX_LOG_SIZE, ProcessLog
 from vrg.launch.sandbox import bounds
@@ -26,6 +25,7 @@ from vrg.launch.sandbox.bounds import (
     MemoryBound,
     printing_to,
 )
+from vrg.testing.waiting import wait_until
 
 
 def ran(folder: Path, program: str) -> subprocess.CompletedProcess[str]:

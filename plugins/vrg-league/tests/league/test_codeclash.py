@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import pytest
 
-from tests.command_line import Vrg, with_vrg
+from vrg.testing.command_line import Vrg, with_vrg
 
 ARENA = Path(__file__).parents[4] / "examples" / "codeclash" / "vrg_arena.py"
 STILL = (

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from tests.damage import deep, mutants
 from vrg.errors import VrgError
+from vrg.testing.damage import deep, mutants
 from vrg_locate.camera.calibration import load_camera
 
 CAMERA = b"""[lens]

@@ -10,14 +10,14 @@ from typing import Any
 import pygame
 import pytest
 
-from tests.ui import synthetic
-from tests.ui.virtual_pad import UNKNOWN, VirtualPad
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE
 from vrg.bus.topics import Keys
 from vrg.hal.sensors.ins import Ins
+from vrg.testing.views import synthetic
+from vrg.testing.views.virtual_pad import UNKNOWN, VirtualPad
 from vrg.ui.acts import Act, Press
 from vrg.ui.banner import banners
 from vrg.ui.driving import SILENCE, SLOW

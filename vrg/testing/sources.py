@@ -65,12 +65,12 @@ class SourceBench:
         kind: the class that the table names. table: of the match file.
     """
 
-    def __init__(self, kind: type[Any], table: dict, name: str, *robots: str, base: Path = Path()) -> None:
+    def __init__(self, kind: type[Any], table: dict[str, Any], name: str, *robots: str, base: Path = Path()) -> None:
         found, settings = read_source(table)
-        assert found is kind
-        assert kind.sees_physical
         self.mailbox, self.now, self._number = Mailbox(), 1000.0, 0
         self.node = kind(context_of(name, settings, *robots, base=base), self.mailbox, KEYS, lambda: self.now)
+        assert found is kind
+        assert found.sees_physical
 
     def tick(self, seconds: float = 0.02, rate: float = 1.0) -> list[tuple[float, tuple[Fix, ...]]]:
         """Tick after some time, and return what is published: of each message its stamp and its fixes."""
