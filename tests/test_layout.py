@@ -284,7 +284,7 @@ BUDGETS = {
     "runs": 1_760,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_795,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
-    "testing": 3_100,  # what tests of plug-ins share with those of the core, which was in tests/
+    "testing": 3_150,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_440,
     "recording": 1_155,  # with what a file of MCAP cannot hold
     "playing": 1_140,  # with the bound of match time, the seal of files alone, and players' processes

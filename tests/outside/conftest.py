@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from vrg.testing import installing
-from vrg.testing.views.page import browser, page_admission, port, server, visit
+from vrg.testing.views.browser import browser
+from vrg.testing.views.page import page_admission, port, server, visit
 
 __all__ = ["browser", "page_admission", "port", "server", "visit"]
 

@@ -8,8 +8,9 @@ import pytest
 from vrg.testing.command_line import Vrg, command_line
 from vrg.testing.installing import installed
 from vrg.testing.processes.arena import arena, start
+from vrg.testing.views.browser import browser
 from vrg.testing.views.fixtures import keys, recorded
-from vrg.testing.views.page import browser, page_admission, port, server, visit
+from vrg.testing.views.page import page_admission, port, server, visit
 
 __all__ = ["arena", "browser", "keys", "page_admission", "port", "recorded", "server", "start", "visit"]
 

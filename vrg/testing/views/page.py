@@ -1,4 +1,4 @@
-"""The page of a match, a port for each test's server, and a browser: fixtures for a `conftest.py` to import."""
+"""The page of a match, a port for each test's server, and its visitors: fixtures for a `conftest.py` to import."""
 
 import socket
 from collections.abc import Callable, Iterator, Mapping
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 import pytest
 from playwright.sync_api import Browser
 
-from vrg.testing.views.browser import SIZES, Visitor, chromium
+from vrg.testing.views.browser import SIZES, Visitor
 from vrg.ui.web.admission import Admission, admission
 from vrg.ui.web.drawers import Drawer
 from vrg.ui.web.server import WebServer
@@ -19,12 +19,6 @@ def port() -> int:
         probe.bind(("127.0.0.1", 0))
         found: int = probe.getsockname()[1]
         return found
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture
