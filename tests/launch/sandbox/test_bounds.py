@@ -64,10 +64,12 @@ class TestOutput:
 
     def test_a_little_now_and_then_is_none(self) -> None:
         now = 0.0
-        output = BoundedOutput(io.StringIO(), lambda: now)
+        stream = io.StringIO()
+        output = BoundedOutput(stream, lambda: now)
         for _ in range(20):
             output.write("x" * (OUTPUT_LIMIT // 2))
             now += OUTPUT_WINDOW / 2 + 1.0
+        assert len(stream.getvalue()) == 20 * (OUTPUT_LIMIT // 2)
 
 
 class TestLog:
