@@ -180,6 +180,7 @@ LATE: dict[str, tuple[str, tuple[str, ...]]] = {
     "the command line: whoever plays over ssh waits for no graphics": (
         "import vrg.cli", (*HEAVY, "can", "canopen", "cryptography", "ssl", "aiohttp"),
     ),
+    "VRG without its tests": ("import vrg, vrg.cli, vrg.commands.play", ("pytest", "playwright", "vrg.testing")),
     "a match without a page": (
         "import vrg.commands.play, vrg.commands.playing, vrg.ui.window.spectator", ("aiohttp", "asyncio.runners"),
     ),

@@ -20,6 +20,24 @@ FAULTS = pytest.mark.parametrize(
 )
 """A process dies, or freezes."""
 
+STUCK_ONCE = """
+from pathlib import Path
+
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+HANG, MARKER = Path(__file__).with_name("hang"), Path(__file__).with_name("was_stuck")
+
+
+class Stuck(SharksAndMinnowsPlayer):
+    def act(self, view):
+        if HANG.exists():
+            HANG.rename(MARKER)
+            while True:
+                pass
+        return super().act(view)
+"""
+"""A strategy that hangs in its own code once the file `hang` is beside it."""
+
 
 @pytest.fixture
 def match(arena: Arena) -> Match:

@@ -1,11 +1,9 @@
 """The command line, run in the process of a test."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import fields
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
@@ -54,11 +52,6 @@ def play_options(*typed: str) -> PlayOptions:
 def invoke(*arguments: str) -> Result:
     """What a command has come to, its exception included."""
     return CliRunner().invoke(make_app(), arguments, env={"COLUMNS": "250"})
-
-
-def with_vrg() -> dict[str, str]:
-    """The environment variables of a shell in which `vrg` is the command of this Python."""
-    return os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', os.defpath)}"}
 
 
 def tells_of_missing(package: str, arguments: list[str]) -> None:

@@ -5,10 +5,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from experiments import OWN
+from experiments import OWN, with_vrg
 
 from vrg.launch.sandbox.seal import missing
-from vrg.testing.command_line import with_vrg
 from vrg.testing.requirements import missing as lacking
 from vrg.testing.tiny import TINY
 

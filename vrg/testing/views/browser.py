@@ -15,8 +15,6 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-"""The flags with which it draws in three dimensions without a graphics card, slowly."""
 PATIENCE = 120_000.0
 """ms of real time for anything to happen on a page."""
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
