@@ -1,4 +1,4 @@
-"""What is said on the bus of a match by who knows no topics, and the keys that it has."""
+"""Any bytes on the bus of a match, and the keys that carry its messages."""
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence

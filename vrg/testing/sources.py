@@ -45,16 +45,20 @@ class FakeFeed:
         self.running = False
 
     def start(self) -> None:
+        """Begin to hand over."""
         self.running = True
 
     def close(self) -> None:
+        """Stop."""
         self.running = False
 
     def take(self) -> list[Any]:
+        """What was shown since."""
         found, self.shown = self.shown, []
         return found
 
     def problem(self) -> str | None:
+        """What is wrong with it, in words, or None."""
         return self.trouble
 
 

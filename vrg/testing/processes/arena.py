@@ -45,6 +45,7 @@ class Arena:
 
 @pytest.fixture(scope="session")
 def arena(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arena]:
+    """The matches of this run of tests."""
     arena = Arena(tmp_path_factory.mktemp("arena"))
     yield arena
     arena.clear()

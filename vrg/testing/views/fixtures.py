@@ -16,6 +16,7 @@ os.environ["SDL_AUDIODRIVER"] = "dummy"
 
 @pytest.fixture
 def keys() -> Keys:
+    """The keys of a match."""
     return Keys("test")
 
 

@@ -23,6 +23,7 @@ def port() -> int:
 
 @pytest.fixture
 def page_admission(port: int) -> Admission:
+    """Who is let in: an official, and who drives `player1` and `player2`."""
     return admission("127.0.0.1", port, ["player1", "player2"])
 
 
@@ -34,6 +35,7 @@ def drawers() -> Mapping[str, Drawer]:
 
 @pytest.fixture
 def server(page_admission: Admission, drawers: Mapping[str, Drawer]) -> Iterator[WebServer]:
+    """The server of the page of a match, which runs."""
     made = WebServer(page_admission, "final", drawers)
     made.start()
     yield made

@@ -75,11 +75,13 @@ class Bench:
         return [body for body in bodies if not isinstance(body, m.CameraRequest)]
 
     def down(self, key: int, times: int = 1, mod: int = 0) -> list[Any]:
+        """Press a key so many times; what the window then published."""
         for _ in range(times):
             pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=mod))
         return self.tick()
 
     def up(self, key: int) -> list[Any]:
+        """Let go of a key; what the window then published."""
         pygame.event.post(pygame.event.Event(pygame.KEYUP, key=key, mod=0))
         return self.tick()
 
@@ -93,6 +95,7 @@ class Bench:
 
 
 def lent(said: list[Any]) -> list[m.Manual]:
+    """The commands of a person among what was published."""
     return [body for body in said if isinstance(body, m.Manual)]
 
 
