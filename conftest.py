@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
-from tests.vcan import require_vcan
-from tests.warm import WarmServers
 from vrg.hal.sim.engines import BULLET, installed
+from vrg.testing.can.vcan import require_vcan
+from vrg.testing.processes.warm import WarmServers
 
 # No test asserts a time: on a busy machine any example may take long. Continuous integration judges a change by the
 # same examples as the one before; on a desk new ones are tried. `make test-all` takes the second profile.

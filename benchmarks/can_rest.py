@@ -12,9 +12,9 @@ from pathlib import Path
 sys.path.pop(0)
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from tests.hal.can.bench import NODES, Lab
 from tests.hal.can.rest import CAUSES, time_to_rest
 from vrg.hal.can.workshop.simulation import Simulation
+from vrg.testing.can.bench import NODES, Lab
 
 
 def worst(protocol: str, cause: str, lives: int) -> float:

@@ -25,13 +25,13 @@ from common import arguments, quantile, show
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.system.harness import Match
 from tests.system.lab import Lab, laboratory
 from vrg.bus.codec import header
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys, name_in
 from vrg.seats.credentials import find_credentials
 from vrg.seats.seat import Seat, SeatKind
+from vrg.testing.processes.match import Match
 
 PLAYERS = ("shark", "ann", "bob", "cid", "dee", "eve")
 MATCH = """

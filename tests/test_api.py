@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import vrg
-from tests.tiny import TINY
 from vrg.bus.stopping import StopSignal
 from vrg.errors import ConfigError, LaunchError
+from vrg.testing.tiny import TINY
 
 NOTEBOOK = Path(__file__).parents[1] / "examples" / "notebook" / "first.ipynb"
 STILL = """

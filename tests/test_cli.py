@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 import typer
 
-from tests.command_line import Done, Vrg, command_line
-from tests.tiny import TINY
 from vrg import __version__
 from vrg.commands.options import duration
 from vrg.config.loading import match_path
 from vrg.games import GAMES
 from vrg.plugins import COMMANDS
 from vrg.plugins import broken as unusable
+from vrg.testing.command_line import Done, Vrg, command_line, tells_of_missing
+from vrg.testing.tiny import TINY
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
 NO_TIME = "expected a time from 0.1 to 60 s, such as 80 or 1:20"
@@ -143,17 +143,6 @@ def test_a_folder_in_the_place_of_a_match_file_is_told(vrg: Vrg) -> None:
 )
 def test_a_package_that_is_missing_is_told_with_what_installs_it(package: str, arguments: list[str]) -> None:
     tells_of_missing(package, arguments)
-
-
-def tells_of_missing(package: str, arguments: list[str]) -> None:
-    """A command without a package that it needs tells what installs it."""
-    code = f"import sys; sys.modules[{package!r}] = None; sys.argv = {['vrg', *arguments]!r}\n"
-    code += "from vrg.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (1, "")
-    assert f"the package {package} is not installed" in done.stderr
-    assert "pip install 'vrg[" in done.stderr
-    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize(

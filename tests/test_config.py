@@ -1,13 +1,10 @@
 """Match files: everything wrong is said at once, with file, line and field."""
 
 import importlib
-import json
 import stat
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -26,6 +23,7 @@ from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import load_map
 from vrg.launch.nodes.strategy import strategy_of
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.tiny import forms
 
 GOOD = (
     match_path("sharks-and-minnows-table-4-2")
@@ -201,19 +199,7 @@ def test_the_command_line_overrides_and_the_text_says_so(tmp_path: Path) -> None
         load_match(tmp_path / "match.toml", rate=2.0)
 
 
-def _inline(table: dict[str, Any]) -> str:
-    return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items()) + " }"
-
-
-DATA = tomllib.loads(GOOD)
-HEAD, FIRST = GOOD[: GOOD.index("[rules]")], GOOD.index("[[players]]")
-FORMS = {
-    "players in a list": f"{HEAD}players = [\n{','.join(map(_inline, DATA['players']))}]\n{GOOD[len(HEAD) : FIRST]}",
-    "rules in one line": f"{HEAD}rules = {_inline(DATA['rules'])}\n{GOOD[FIRST:]}",
-    "dotted keys": HEAD + "".join(f"rules.{k} = {json.dumps(v)}\n" for k, v in DATA["rules"].items()) + GOOD[FIRST:],
-    "quoted keys": GOOD.replace("seed =", '"seed" =').replace("[[players]]", '[["players"]]'),
-    "odd signs": GOOD.replace("[rules]", "secret = 'a#[b]' # \u2028[[players]]\n[rules] # \x85engine = 1"),
-}
+FORMS = forms(GOOD)
 
 
 @pytest.mark.parametrize("text", FORMS.values(), ids=FORMS)

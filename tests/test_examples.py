@@ -6,7 +6,7 @@ from pathlib import Path
 
 from mcap.reader import make_reader
 
-from tests.command_line import invoke
+from vrg.testing.command_line import invoke
 
 ROOT = Path(__file__).parents[1]
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from tests.command_line import invoke
-from tests.tiny import TINY
 from vrg.errors import FileError
 from vrg.files import read_text, records_of, text_of, write_whole
 from vrg.system import POSIX
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
 
 TEXT = "name = \"café 小明\"\nmap = 'open'\n"
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 
-from tests.command_line import invoke
 from vrg.bus.access import rules
 from vrg.bus.session import configuration
 from vrg.commands import node
@@ -18,6 +17,7 @@ from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.seats.seat import Seat, SeatKind
+from vrg.testing.command_line import invoke
 from vrg.ui.web.admission import Admission, admission
 
 GAME = "sharks-and-minnows"

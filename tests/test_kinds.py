@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import command_line
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.kinds import BY_PROCESS, COMMANDER, KINDS, ROUTER, SPECTATOR, Kind
 from vrg.launch.specs import kind_of, placed, specs, window_of
 from vrg.registry import load_object
+from vrg.testing.command_line import command_line
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import vrg
+from vrg.testing.loading import loaded
 
 ROOT = Path(vrg.__file__).parent
 ONLY_IN = {
@@ -20,10 +21,11 @@ ONLY_IN = {
     "mujoco": ("hal/sim/engines",),
     "can": ("hal/can",),
     "zenoh": ("bus",),
-    "pygame": ("ui",),
+    "pygame": ("ui", "testing/views/window.py"),  # the suite of windows presses keys
     "matplotlib": ("ui",),
     "mcap": ("recording",),
     "pytest": ("testing",),
+    "playwright": ("testing/views",),
     "pyarrow": ("playing/run.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/web/replay.py"),
@@ -36,7 +38,6 @@ BESIDE = {
     "recording": ("agents", "coordinator"),
     "config": ("agents", "recording"),
     "ui": ("agents", "config"),
-    "testing": ("ui",),
 }
 """Rooms below another one that it may not import all the same: each works without the other."""
 
@@ -157,6 +158,15 @@ def test_the_core_knows_no_plugin() -> None:
     assert not wrong, "\n".join(wrong)
 
 
+def test_no_test_of_a_plugin_imports_what_only_this_repository_has() -> None:
+    """They use `vrg.testing`, as those of a package elsewhere do."""
+    files = [*(ROOT.parent / "plugins").glob("*/tests/**/*.py")]
+    assert files
+    wrong = [f"{path.relative_to(ROOT.parent)} imports {name}" for path in files for name, _ in _imports(path)
+             if name.split(".")[0] in ("tests", "benchmarks", "conftest")]  # fmt: skip
+    assert not wrong, "\n".join(wrong)
+
+
 def test_what_plugins_offer_stands_in_a_file() -> None:
     made = runpy.run_path(str(ROOT.parent / "scripts" / "offered"))["text"]()
     assert (ROOT / "offered.toml").read_text(encoding="utf-8") == made, "scripts/offered writes it"
@@ -169,18 +179,12 @@ def _named_by(project: Path) -> set[str]:
     return {Requirement(one).name.replace("-", "_") for some in needed for one in some}
 
 
-def loaded(code: str, names: tuple[str, ...]) -> list[str]:
-    """Those of these modules that code loads."""
-    code = f"import sys\n{code}\nprint(*(m for m in {names} if m in sys.modules))"
-    out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=600, check=True)
-    return out.stdout.split()
-
-
 HEAVY = ("numpy", "pydantic", "pygame", "matplotlib", "pybullet", "mujoco")
 LATE: dict[str, tuple[str, tuple[str, ...]]] = {
     "the command line: whoever plays over ssh waits for no graphics": (
         "import vrg.cli", (*HEAVY, "can", "canopen", "cryptography", "ssl", "aiohttp"),
     ),
+    "VRG without its tests": ("import vrg, vrg.cli, vrg.commands.play", ("pytest", "playwright", "vrg.testing")),
     "a match without a page": (
         "import vrg.commands.play, vrg.commands.playing, vrg.ui.window.spectator", ("aiohttp", "asyncio.runners"),
     ),
@@ -285,7 +289,7 @@ BUDGETS = {
     "runs": 1_255,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_845,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
-    "testing": 1_165,  # with what a simulated CAN bus shares, seeded matches and leaps that try rules, an audience
+    "testing": 3_150,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_410,
     "recording": 1_155,  # with what a file of MCAP cannot hold
     "playing": 1_645,  # with the bound of match time, the seal of files alone, and players' processes

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Vrg, command_line
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
 from vrg.hal.backends import BACKENDS
@@ -18,6 +17,7 @@ from vrg.hal.sim.map import load_map
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import Ending, play
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import Vrg, command_line
 from vrg.testing.strategy import StrategyContract
 
 ROOT = Path(__file__).parents[1]

@@ -10,8 +10,6 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from tests.command_line import invoke
-from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease
 from vrg.bus.session import open_router, open_session
@@ -26,6 +24,8 @@ from vrg.launch.running import RunningMatch, registered
 from vrg.seats.credentials import PRIVATE_KEY, Credentials, credentials_of, find_credentials
 from vrg.seats.folder import KeysFolder
 from vrg.seats.seat import Roster, Seat, SeatKind
+from vrg.testing.command_line import invoke
+from vrg.testing.views import synthetic
 
 
 @pytest.fixture

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 import vrg
-from tests.tiny import TINY
 from vrg.commands.doctor import _package
 from vrg.errors import ConfigError
 from vrg.hal.sim.engines import BULLET, MUJOCO, check_installed, installed
 from vrg.packages import Package, lacking, modules_of
+from vrg.testing.tiny import TINY
 
 Install = Callable[..., Path]
 ABACUS = Package("abacus-core", ("abacus-core", "abacus-ce"))

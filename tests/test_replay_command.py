@@ -12,8 +12,6 @@ os.environ["SDL_AUDIODRIVER"] = "dummy"
 import pygame
 import pytest
 
-from tests.command_line import invoke
-from tests.system.harness import short_match
 from vrg.config.setup import read_setup
 from vrg.coordinator.journal import read_journal
 from vrg.errors import LaunchError
@@ -22,6 +20,8 @@ from vrg.recording.foxglove import Time
 from vrg.recording.mcap_file import McapFile
 from vrg.registry import Registry
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
+from vrg.testing.processes.match import short_match
 from vrg.ui.window.replay import ReplayWindow
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import invoke
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, ended_run
 from vrg.commands.options import write_text
@@ -19,6 +18,7 @@ from vrg.config.setup import write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch.running import RunningMatch, registered
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
 
 GAME = match_path("sharks-and-minnows")
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from tests.command_line import Vrg, command_line
 from vrg.commands import show
 from vrg.commands.matches import Attached
 from vrg.config.loading import load_match, match_path
 from vrg.errors import DuplicateNodeError
 from vrg.kinds import COMMANDER, SPECTATOR, Kind
+from vrg.testing.command_line import Vrg, command_line
 
 Opened = list[tuple[Kind, str, Path | None]]
 RUN = Path("runs/here")

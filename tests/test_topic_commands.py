@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from click.testing import Result
 
-from tests.command_line import invoke
-from tests.ui import synthetic
 from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import Outgoing
 from vrg.bus.messages import CameraRequest, Clock, PlayerStatus, Stage
@@ -23,6 +21,8 @@ from vrg.errors import BusError, ConfigError, LaunchError
 from vrg.hal.sensors import png
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.camera import Camera
+from vrg.testing.command_line import invoke
+from vrg.testing.views import synthetic
 
 KEYS = Keys("m")
 BATTERY = KEYS.sensor(Battery, "ann", "main").key

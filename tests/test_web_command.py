@@ -9,8 +9,6 @@ import pytest
 import typer
 from rich.console import Console
 
-from tests.command_line import invoke
-from tests.system.harness import wait_until
 from tests.test_machines import load
 from vrg.commands.groups import PlayOptions
 from vrg.commands.options import web_address
@@ -24,6 +22,8 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ManagedProcess, ProcessSpec
 from vrg.launch.specs import placed, specs
 from vrg.seats.authority import fingerprint, validity
+from vrg.testing.command_line import invoke
+from vrg.testing.waiting import wait_until
 from vrg.ui.web.admission import Admission, admission, read_admission
 
 

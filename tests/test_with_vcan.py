@@ -11,8 +11,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.requirements import missing
-from tests.system.harness import wait_until
+from vrg.testing.requirements import missing
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 
@@ -210,7 +210,7 @@ def test_frames_can_be_lost_on_purpose(start: Start) -> None:
 
 @pytest.mark.thorough
 def test_there_is_a_can_interface_which_the_tests_find(start: Start) -> None:
-    code = f"{SENDS_AND_RECEIVES}\nfrom tests.vcan import is_up; print(is_up(), is_up('lo'), is_up('vcan7'))"
+    code = f"{SENDS_AND_RECEIVES}\nfrom vrg.testing.can.vcan import is_up; print(is_up(), is_up('lo'), is_up('vcan7'))"
     running = start(sys.executable, "-c", code, cwd=Path(__file__).parents[1])
     assert running.status() == 0, running.err
     assert running.out == "0x123 abc\nTrue True False\n"

@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Event
 
-from tests.system.harness import wait_until
 from vrg.bus.stopping import stop_on_signals
+from vrg.testing.waiting import wait_until
 
 PROGRAM = """
 import pathlib, sys

@@ -11,7 +11,6 @@ import pytest
 from click.testing import Result
 from msgspec import structs
 
-from tests.command_line import invoke
 from tests.games.roboflag.playing import four_each, match_text
 from tests.ui.test_explaining import worked_out
 from vrg.bus.messages import Call
@@ -29,6 +28,7 @@ from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import play
 from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
 from vrg.types import Pose, Uncertainty
 from vrg.ui import palette
 from vrg.ui.window.card import CardPainter

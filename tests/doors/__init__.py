@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.tiny import TINY
+from vrg.testing.tiny import TINY
 
 SYSTEMS = ("darwin", "win32")
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.hal.omni import OMNI
 from vrg.hal.models import robot_model
 from vrg.hal.sim.robot import GRAVITY, Batteries
+from vrg.testing.omni import OMNI
 from vrg.types import Twist
 
 P2AT = robot_model("P2AT")

@@ -9,7 +9,6 @@ import pytest
 from msgspec.structs import astuple
 
 from tests.hal.engine_bench import ENGINE_NAMES, body_of, carry, deepest_overlap, drive, footprint, forward, run
-from tests.hal.omni import OMNI
 from vrg.errors import ConfigError, WorldError
 from vrg.geometry import along_arc
 from vrg.hal.models import MODELS, robot_model
@@ -19,6 +18,7 @@ from vrg.hal.sim.engines import BULLET, ENGINES, MUJOCO, PLANAR, check_installed
 from vrg.hal.sim.engines.engine import Engine, Floats, Start
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.shapes import box_gap
+from vrg.testing.omni import OMNI
 from vrg.types import STILL, Pose, Twist
 
 P2AT = robot_model("P2AT")

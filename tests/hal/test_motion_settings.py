@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.tiny import TINY
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.hal.models import robot_model
@@ -14,6 +13,7 @@ from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.robot import VirtualRobot
+from vrg.testing.tiny import TINY
 from vrg.types import Pose, Twist
 
 

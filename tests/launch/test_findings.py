@@ -4,12 +4,12 @@ from pathlib import Path
 import pytest
 
 from tests.test_machines import MACHINES, load
-from tests.tiny import TINY
 from vrg.config.loading import load_match
 from vrg.launch import findings
 from vrg.launch.findings import examine
 from vrg.localisation.source import SOURCES
 from vrg.plugins import Finding
+from vrg.testing.tiny import TINY
 
 
 @pytest.fixture

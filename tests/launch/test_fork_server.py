@@ -17,9 +17,9 @@ from typing import Any
 import psutil
 import pytest
 
-from tests.requirements import missing
-from tests.system.harness import wait_until
 from vrg.launch.fork_server import UNKNOWN_STATUS, Child, ForkServer, fork_server
+from vrg.testing.requirements import missing
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it is started only on Linux")
 

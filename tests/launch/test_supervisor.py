@@ -9,13 +9,13 @@ from types import SimpleNamespace
 import psutil
 import pytest
 
-from tests.system.harness import wait_until
 from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
 from vrg.launch import greed, managed
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 from vrg.launch.supervisor import Supervisor
+from vrg.testing.waiting import wait_until
 
 PLAYER = """
 import json, os, signal, subprocess, sys, time

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
@@ -16,6 +15,7 @@ from vrg.errors import LaunchError
 from vrg.launch.context import NodeContext
 from vrg.launch.nodes import windows
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.views import synthetic
 from vrg.ui.commander.node import Commander
 
 os.environ["SDL_VIDEODRIVER"] = os.environ["SDL_AUDIODRIVER"] = "dummy"

@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from tests.localisation.bench import HERE, KEYS, say
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Message, Motion, OwnPlace, Placed
 from vrg.bus.node import Tick
@@ -14,6 +13,7 @@ from vrg.hal.models import robot_model
 from vrg.hal.sensors.gps import to_wgs84
 from vrg.localisation.centre import PERIOD, FusionCentre, own_fix
 from vrg.localisation.motion import motion_noise
+from vrg.testing.sources import HERE, KEYS, say
 from vrg.types import STILL, Pose, Twist
 
 

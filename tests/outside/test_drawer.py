@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from tests.chromium import Visitor
-from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.launch.nodes.web import web
+from vrg.testing.views import synthetic
+from vrg.testing.views.browser import Visitor
 from vrg.ui.web import parts
 from vrg.ui.web.admission import Admission
 from vrg.ui.web.drawers import DRAWERS, Drawer

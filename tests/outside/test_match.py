@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import DEADLINE, Match
 from vrg.games import GAMES
 from vrg.recording.reader import read_tracks
+from vrg.testing.processes.match import Match
+from vrg.testing.waiting import DEADLINE
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

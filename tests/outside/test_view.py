@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from tests.command_line import command_line, play_options
 from vrg.commands.groups import PlayOptions
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
@@ -12,6 +11,7 @@ from vrg.kinds import KINDS, kind_shown
 from vrg.launch.specs import kind_of
 from vrg.plugins import CHECKS, Option
 from vrg.registry import load_object
+from vrg.testing.command_line import command_line, play_options
 
 
 def test_a_view_is_listed_found_and_opened(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

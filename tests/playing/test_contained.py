@@ -8,14 +8,15 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.playing import matches
-from tests.playing.matches import calls_of
-from tests.system.harness import short_match, wait_until
 from vrg.bus.messages import DISQUALIFIED, Call, Stage
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
 from vrg.launch.sandbox import bounds
 from vrg.playing.in_process import Ending
+from vrg.testing import matches
+from vrg.testing.matches import calls_of
+from vrg.testing.processes.match import short_match
+from vrg.testing.waiting import wait_until
 
 BROKEN = """
 import sys

@@ -5,8 +5,8 @@ from statistics import median
 
 import pytest
 
-from tests.playing import matches
 from vrg.config.loading import load_match, match_path
+from vrg.testing import matches
 from vrg.testing.audience import ABOUT, SOON, Audience, Seen
 
 

@@ -14,11 +14,7 @@ import typer
 from mcap.reader import make_reader
 from msgspec import structs
 
-from tests.command_line import invoke
 from tests.hal.engine_bench import ENGINE_NAMES
-from tests.playing import matches
-from tests.playing.matches import calls_of
-from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Official, OfficialAction, Stage
 from vrg.bus.node import Node, Tick
@@ -38,6 +34,10 @@ from vrg.playing.in_process import LINGER, Ending
 from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
 from vrg.runs.run_folder import RunFolder
+from vrg.testing import matches
+from vrg.testing.command_line import invoke
+from vrg.testing.matches import calls_of
+from vrg.testing.tiny import TINY
 
 
 class Witness(Node):

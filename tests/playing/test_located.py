@@ -6,9 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.playing import matches
-from tests.playing.matches import calls_of
-from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node, Tick
@@ -18,18 +15,10 @@ from vrg.geometry import compose, inverse
 from vrg.localisation.motion import corrected
 from vrg.playing.in_process import Ending
 from vrg.runs.run_folder import RunFolder
+from vrg.testing import matches
+from vrg.testing.matches import calls_of
+from vrg.testing.tiny import TINY, TINY_CAN, located
 from vrg.types import Pose
-
-SOURCE = """[localisation.overhead]
-source = "sim"
-"""
-
-
-def located(text: str, *names: str, more: str = "") -> str:
-    """The match file with a simulated camera that locates these players."""
-    for name in names:
-        text = text.replace(f'name = "{name}"\n', f'name = "{name}"\nlocalisation = "fusion"\n')
-    return text.replace("[[players]]", f"{SOURCE}{more}[[players]]", 1)
 
 
 class Surveyor(Node):

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.playing import matches
 from tests.playing.test_in_process import Witness
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Tick
@@ -12,6 +11,7 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.playing.in_process import Ending
+from vrg.testing import matches
 
 MIXED = Path("examples/mixed.toml")
 PHYSICAL = ("player2", "player5")

@@ -9,8 +9,6 @@ from typing import Any
 import msgspec
 import pytest
 
-from tests.playing import matches
-from tests.playing.matches import calls_of
 from vrg.bus.access import hears
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
@@ -28,6 +26,8 @@ from vrg.hal.sensors import SENSORS
 from vrg.playing.in_process import Ending
 from vrg.runs.run_folder import RunFolder
 from vrg.seats.seat import Roster, Seat, SeatKind
+from vrg.testing import matches
+from vrg.testing.matches import calls_of
 
 TOO_NEAR = 0.35
 """The distance in m to an intruder in play at which a place in a message would tell where it is."""

@@ -16,8 +16,6 @@ from typing import Any
 import msgspec
 import pytest
 
-from tests.command_line import invoke
-from tests.tiny import TINY
 from vrg.agents.messages import Payload
 from vrg.agents.strategy import ForfeitError, Strategy, View
 from vrg.blame import DecisionTimeoutError
@@ -42,6 +40,8 @@ from vrg.runs.change import Change
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Digest, Line, Missed, StepLog, Unmade, read_steps
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
 from vrg.types import Twist
 
 MATCH = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "odd.py:Odd"')

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import invoke
-from tests.requirements import missing as lacking
-from tests.system.harness import short_match
 from vrg.errors import ConfigError
 from vrg.launch import pulses
 from vrg.launch.sandbox.seal import missing
 from vrg.playing import apart
 from vrg.playing.trial import trial
+from vrg.testing.command_line import invoke
+from vrg.testing.processes.match import short_match
+from vrg.testing.requirements import missing as lacking
 
 ATTACK = """
 from pathlib import Path

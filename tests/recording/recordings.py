@@ -4,11 +4,11 @@ import json
 
 from mcap.reader import NonSeekingReader
 
-from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.recording.recorder import Recorder
+from vrg.testing.views import synthetic
 
 KEYS = Keys("test")
 

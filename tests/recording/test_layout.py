@@ -4,9 +4,9 @@ import json
 import re
 
 from tests.recording.recordings import messages_of, record
-from tests.ui import synthetic
 from vrg.bus.topics import Keys
 from vrg.recording.layout import foxglove_layout
+from vrg.testing.views import synthetic
 
 NAMES = {name: ["laser/front"] for name in synthetic.NAMES}
 

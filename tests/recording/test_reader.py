@@ -11,10 +11,10 @@ from mcap.reader import NonSeekingReader
 from zstandard import ZstdError
 
 from tests.recording.recordings import go_on, messages_of, record
-from tests.ui import synthetic
 from vrg.errors import MessageError
 from vrg.recording.reader import Setting, calls_of, read_tracks, setting_of
 from vrg.recording.recorded import read_recorded
+from vrg.testing.views import synthetic
 
 
 def test_calls_are_told_in_words_and_kept_in_numbers(file):

@@ -5,13 +5,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from tests.recording.recordings import KEYS, go_on, hear, record
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.errors import MessageError
 from vrg.recording.mcap_file import McapFile
 from vrg.recording.recorded import read_recorded
 from vrg.recording.recorder import Recorder
+from vrg.testing.views import synthetic
 from vrg.types import Pose, Twist
 
 

@@ -12,7 +12,6 @@ import pytest
 from mcap.reader import make_reader
 
 from tests.recording.recordings import KEYS, hear, messages_of, record, written
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
@@ -32,6 +31,7 @@ from vrg.hal.sim.map import WALL_HEIGHT
 from vrg.recording.reader import read_tracks, setting_of
 from vrg.recording.recorded import read_recorded
 from vrg.recording.recorder import Recorder
+from vrg.testing.views import synthetic
 from vrg.types import STILL, Pose, Twist
 
 

@@ -12,9 +12,7 @@ from unittest import mock
 
 import pytest
 
-from tests.command_line import invoke
 from tests.recording.recordings import messages_of
-from tests.tiny import TINY
 from vrg.bus.messages import Call, Stage
 from vrg.commands.runs.replay import changes_of
 from vrg.config.loading import load_match
@@ -35,6 +33,8 @@ from vrg.runs.judged import judge_run
 from vrg.runs.keeping import keep
 from vrg.runs.result import conclusion, write_result
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
 
 LAZY = """
 from vrg.agents import Action, Strategy, Twist

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import invoke
-from tests.system.harness import long_match
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Official, OfficialAction, Poses, at_rest
 from vrg.bus.node import Node, Tick
@@ -30,6 +28,8 @@ from vrg.runs.certificate import Certificate, certificate_of, data_of, summary_l
 from vrg.runs.events import Event, EventKind, EventLog
 from vrg.runs.result import write_result
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
+from vrg.testing.processes.match import long_match
 
 TICK = 0.02
 

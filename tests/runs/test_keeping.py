@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import invoke
-from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
 from vrg.runs.keeping import files_of, keep
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
+from vrg.testing.processes.match import short_match
 
 STRATEGY = """
 import json

@@ -14,13 +14,13 @@ os.environ |= {
     "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS": "1",
 }
 
-from tests.ui.virtual_pad import VirtualPad
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.process import run_node
 from vrg.bus.session import open_session
 from vrg.bus.stopping import stop_on_signals
 from vrg.bus.topics import Keys
+from vrg.testing.views.virtual_pad import VirtualPad
 from vrg.ui.commander.node import Commander
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import psutil
 
-from tests.system.harness import wait_until
+from vrg.testing.waiting import wait_until
 
 BRIDGE = "vrg-lab"
 HERE = "10.77.0.1"

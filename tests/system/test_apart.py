@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.requirements import missing as lacking
-from tests.system.harness import Match, long_match, match_text, wait_until
-from tests.vcan import require_loopback
 from vrg.launch.sandbox.seal import missing
+from vrg.testing.can.vcan import require_loopback
+from vrg.testing.processes.match import Match, long_match, match_text
+from vrg.testing.requirements import missing as lacking
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

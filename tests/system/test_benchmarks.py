@@ -13,10 +13,10 @@ pytestmark = [pytest.mark.system, pytest.mark.thorough]
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 
 
-def run(benchmark: str, folder: Path = FOLDER) -> None:
-    """Run a benchmark of a folder, whose options follow its name."""
+def run(benchmark: str) -> None:
+    """Run a benchmark, whose options follow its name."""
     name, *options = benchmark.split()
-    command = [sys.executable, str(folder / f"{name}.py"), "--quick", "--json", *options]
+    command = [sys.executable, str(FOLDER / f"{name}.py"), "--quick", "--json", *options]
     common = {**os.environ, "PYTHONPATH": str(FOLDER)}
     done = subprocess.run(command, env=common, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
@@ -27,6 +27,7 @@ BENCHMARKS = [
     *("speed", "pushes", "scan", "bus", "delay", "startup", "stops", "listeners"),
     "perception --only time",
     "perception --only match",
+    "../plugins/vrg-league/benchmarks/compare",
     "pursuit_evasion capture --courses table --engine planar",
 ]
 

@@ -13,12 +13,14 @@ from typing import Any
 import msgpack
 import pytest
 
-from tests.system.harness import MINNOWS, PLAYERS, Match, concrete_keys, raw_publisher, wait_until
+from tests.system.raw import concrete_keys, raw_publisher
 from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock, Drive, Estop
 from vrg.bus.session import open_session
 from vrg.coordinator.journal import read_journal
+from vrg.testing.processes.match import MINNOWS, PLAYERS, Match
+from vrg.testing.waiting import wait_until
 from vrg.types import Twist
 
 pytestmark = pytest.mark.system

@@ -8,9 +8,11 @@ from pathlib import Path
 import pygame
 import pytest
 
-from tests.system.harness import Helper, Match, helper, wait_until
 from tests.system.test_leases import LED, STILL, lease_match
 from vrg.bus.pacing import LEASE
+from vrg.testing.processes.match import Match
+from vrg.testing.processes.programs import Helper, helper
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 
@@ -35,7 +37,7 @@ def press(hands: Helper, button: int) -> None:
 def coach(match: Match, folder: Path) -> Iterator[Helper]:
     """The hands of the person with the gamepad."""
     where = (match.endpoint, match.keys.match, "red")
-    with helper("commander_process", *where, log=folder / "commander.log") as hands:
+    with helper(Path(__file__).with_name("commander_process.py"), *where, log=folder / "commander.log") as hands:
         wait_until(lambda: "ready" in hands.said(), "the commander's window")
         press(hands, pygame.CONTROLLER_BUTTON_A)  # the first press only takes the gamepad into use
         yield hands

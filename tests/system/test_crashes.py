@@ -3,13 +3,13 @@
 import itertools
 import math
 import signal
+from collections.abc import Sequence
+from typing import Any
 
 import psutil
 import pytest
 
 from tests.system.conftest import FAULTS
-from tests.system.harness import MINNOWS, PLAYERS, Match
-from tests.system.observer import takeover
 from vrg.bus.codec import Received
 from vrg.bus.messages import OfficialAction, RefereeState, Stage
 from vrg.config.rules import rulebook_of
@@ -19,6 +19,7 @@ from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again
 from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.testing.processes.match import MINNOWS, PLAYERS, Match
 from vrg.types import STILL
 
 pytestmark = pytest.mark.system
@@ -26,6 +27,14 @@ pytestmark = pytest.mark.system
 STOP_TIME = COMMAND_TIMEOUT + 0.1 + 2 * 0.02
 """s of match time in which a robot that is left alone stands: its watchdog, its brake from 0.65 m/s, and a tick each
 until the world has heard its last command and until it looks."""
+
+
+def takeover(messages: Sequence[Received[Any]]) -> int | None:
+    """The index of the first message that the newest sender sent; None while there is one sender only."""
+    if not messages:
+        return None
+    first = next(i for i, message in enumerate(messages) if message.sender == messages[-1].sender)
+    return first or None
 
 
 def strike(match: Match, name: str, fault: signal.Signals) -> psutil.Process:

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import PLAYERS, Match, long_match, wait_until
-from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
 from vrg.recording.reader import read_tracks
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.processes.match import PLAYERS, Match, long_match
+from vrg.testing.processes.observer import Observer
+from vrg.testing.waiting import wait_until
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

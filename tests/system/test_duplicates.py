@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import MINNOWS, Match
+from vrg.testing.processes.match import MINNOWS, Match
 
 pytestmark = pytest.mark.system
 

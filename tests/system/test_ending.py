@@ -6,11 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import PLAYERS, STUCK_ONCE, Match, long_match, short_match, wait_until
+from tests.system.conftest import STUCK_ONCE
 from vrg.bus.messages import Stage
 from vrg.coordinator.journal import read_journal
 from vrg.recording.reader import calls_of, read_tracks
 from vrg.recording.recorded import read_recorded
+from vrg.testing.processes.match import PLAYERS, Match, long_match, short_match
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from tests.playing.test_contained import BROKEN
-from tests.system.harness import Match, long_match
 from vrg.bus.messages import DISQUALIFIED
+from vrg.testing.processes.match import Match, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

@@ -14,13 +14,14 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.requirements import missing
-from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient, wait_until
 from tests.system.lab import VRG, Lab, LabHost, laboratory, run
 from vrg.games import GAMES
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT
 from vrg.recording.reader import read_tracks
 from vrg.runs.events import EventKind, read_events
+from vrg.testing.processes.match import MINNOWS, PLAYERS, Match, long_match, patient
+from vrg.testing.requirements import missing
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

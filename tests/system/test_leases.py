@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from tests.system.conftest import FAULTS
-from tests.system.harness import Match
-from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction, PlayerStatus
 from vrg.hal.permission import REFEREE_TIMEOUT
+from vrg.testing.processes.match import Match
+from vrg.testing.processes.observer import Observer
 
 LED = ("red1", "red2", "red3", "red4")
 BRAKING = 1.2

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.system.harness import MINNOWS, Match, long_match
+from vrg.testing.processes.match import MINNOWS, Match, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

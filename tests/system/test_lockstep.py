@@ -10,8 +10,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.system.harness import wait_until
 from tests.system.lab import VRG, Lab, laboratory
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

@@ -11,11 +11,12 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.system.conftest import FAULTS, Arena
-from tests.system.harness import MINNOWS, STUCK_ONCE, Match, match_text
+from tests.system.conftest import FAULTS, STUCK_ONCE
 from tests.system.tap import Tap
-from tests.vcan import UDP, require_loopback
 from vrg.hal.can.odrive import messages
+from vrg.testing.can.vcan import UDP, require_loopback
+from vrg.testing.processes.arena import Arena
+from vrg.testing.processes.match import MINNOWS, Match, match_text
 
 pytestmark = pytest.mark.system
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.conftest import Arena
-from tests.system.harness import Match, long_match
+from vrg.testing.processes.arena import Arena
+from vrg.testing.processes.match import Match, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

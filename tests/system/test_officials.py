@@ -2,9 +2,10 @@
 
 import pytest
 
-from tests.system.harness import PLAYERS, Match, wait_until
-from tests.system.observer import Observer, at_rest
 from vrg.coordinator.journal import read_journal
+from vrg.testing.processes.match import PLAYERS, Match
+from vrg.testing.processes.observer import Observer, at_rest
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

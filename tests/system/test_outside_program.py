@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import Match
+from vrg.testing.processes.match import Match
 
 pytestmark = pytest.mark.system
 

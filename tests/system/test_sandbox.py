@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.requirements import missing as lacking
 from tests.system.cheating import CHEATING
-from tests.system.conftest import Arena
-from tests.system.harness import Match, long_match, wait_until
 from vrg.config.loading import load_match
 from vrg.launch.sandbox.seal import missing
 from vrg.seats.folder import LOCAL_HOSTS, KeysFolder
+from vrg.testing.processes.arena import Arena
+from vrg.testing.processes.match import Match, long_match
+from vrg.testing.requirements import missing as lacking
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

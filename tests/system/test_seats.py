@@ -11,8 +11,6 @@ from typing import Any
 
 import pytest
 
-from tests.system.conftest import Arena
-from tests.system.harness import DEADLINE, PLAYERS, Match, long_match, patient, short_match
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
 from vrg.bus.configuration import client_settings
@@ -24,6 +22,9 @@ from vrg.recording.reader import read_tracks
 from vrg.seats.credentials import Credentials, find_credentials
 from vrg.seats.folder import KeysFolder
 from vrg.seats.seat import Seat, SeatKind
+from vrg.testing.processes.arena import Arena
+from vrg.testing.processes.match import PLAYERS, Match, long_match, patient, short_match
+from vrg.testing.waiting import DEADLINE
 from vrg.types import STILL, Pose, Twist
 
 pytestmark = pytest.mark.system

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.conftest import FAULTS, Arena
-from tests.system.harness import MINNOWS, Match, long_match, short_match
+from tests.system.conftest import FAULTS
 from vrg.bus.messages import Stage
 from vrg.launch.launched import LINGER
+from vrg.testing.processes.arena import Arena
+from vrg.testing.processes.match import MINNOWS, Match, long_match, short_match
 
 pytestmark = pytest.mark.system
 

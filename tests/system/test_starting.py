@@ -11,7 +11,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.system.harness import PLAYERS, Match, long_match, patient, short_match, wait_until
+from vrg.testing.processes.match import PLAYERS, Match, long_match, patient, short_match
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient
 from vrg.bus.messages import OfficialAction
+from vrg.testing.processes.match import MINNOWS, PLAYERS, Match, long_match, patient
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

@@ -10,9 +10,10 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.chromium import Visitor, chromium
-from tests.system.conftest import Arena
-from tests.system.harness import MINNOWS, Match, long_match, wait_until
+from vrg.testing.processes.arena import Arena
+from vrg.testing.processes.match import MINNOWS, Match, long_match
+from vrg.testing.views.browser import Visitor, chromium
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

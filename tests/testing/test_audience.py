@@ -3,13 +3,13 @@
 import math
 from pathlib import Path
 
-from tests.command_line import invoke
-from tests.tiny import TINY
 from vrg.config.loading import load_match
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.audience import Audience
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
 
 
 def test_an_audience_counts_what_it_sees_until_the_end(tmp_path: Path) -> None:

@@ -7,9 +7,9 @@ from pathlib import Path
 import pygame
 import pytest
 
-from tests.ui import synthetic
 from tests.ui.pictures import content
 from vrg.recording.recorded import read_recorded
+from vrg.testing.views import synthetic
 from vrg.ui.branching import Choice, Taken
 from vrg.ui.plots.proof import Proof
 from vrg.ui.timeline import Timeline

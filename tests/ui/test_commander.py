@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import pygame
 import pytest
 
-from tests.ui.virtual_pad import VirtualPad
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -14,6 +13,7 @@ from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE
 from vrg.bus.topics import Keys
 from vrg.games.roboflag import GAME
+from vrg.testing.views.virtual_pad import VirtualPad
 from vrg.types import STILL, Pose, Twist
 from vrg.ui.acts import Act, Press
 from vrg.ui.commander.deck import Deck

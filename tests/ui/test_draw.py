@@ -6,13 +6,13 @@ import math
 import pygame
 import pytest
 
-from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, content, painted, where
 from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION, dulled
 from vrg.games import GAMES, game_of, look
 from vrg.games.game import Marker
 from vrg.regions import Circle
+from vrg.testing.views import synthetic
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.banner import Help, banners
@@ -337,20 +337,28 @@ def test_names_do_not_cover_bodies(scene, scene_at):
     "size", [(1, 1), (3, 900), (200, 120), (520, 200), pytest.param((3840, 2160), marks=pytest.mark.thorough)]
 )
 def test_any_size_can_be_drawn(scene_at, size):
-    painted(scene_at(13.5, halted="x", estop=True), size, driving="nemo")
-    painted(Scene(), size)
+    surface, _ = painted(scene_at(13.5, halted="x", estop=True), size, driving="nemo")
+    empty, _ = painted(Scene(), size)
+    assert surface.get_size() == size
+    assert size[0] < 10 or content(surface) != content(empty)
 
 
 def test_odd_words_are_drawn(scene_at):
     strange = m.Call(number=3, rule="tag", text="x" * 500 + " \0 ☃ 日本", players=(), poses=(), clock=1.0)
-    scene = dataclasses.replace(scene_at(5.0, halted="y" * 900, waiting=["z" * 900] * 40), calls=(strange,))
-    painted(scene)
+    halted = scene_at(5.0, halted="y" * 900, waiting=["z" * 900] * 40)
+    without, told = (content(painted(dataclasses.replace(halted, calls=calls))[0]) for calls in ((), (strange,)))
+    assert told != without
+    assert without != content(painted(scene_at(5.0))[0])
 
 
 def test_bodies_far_off_and_out_of_sight_are_no_trouble(scene_at):
     scene = scene_at(5.0)
     lost = dataclasses.replace(scene.bodies[0], pose=Pose(9e4, -9e4, 1.0), trail=((0.0, 0.0), (9e4, -9e4)))
-    painted(dataclasses.replace(scene, bodies=(lost, *scene.bodies[1:])))
+    surface, view = painted(dataclasses.replace(scene, bodies=(lost, *scene.bodies[1:])))
+    assert lost.name == "bruce"
+    for name, colour in (("anchor", VERMILLION), ("nemo", SKY_BLUE)):
+        assert close_to(colours_near(surface, where(scene, view, name)), colour) > 60, name
+    assert close_to(colours_near(surface, where(scene, view, "bruce")), VERMILLION) == 0
 
 
 def test_a_machine_without_fonts_has_pygames_own(scene_at, monkeypatch):

@@ -6,12 +6,12 @@ import time
 import pygame
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call
 from vrg.bus.topics import Keys
 from vrg.coordinator.proof import Measure, Relation
 from vrg.errors import LaunchError
+from vrg.testing.views import synthetic
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.plots.proof import Proof

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from tests.recording.recordings import messages_of
-from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, painted, where
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
@@ -20,6 +19,7 @@ from vrg.games import GAMES, UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment, Role
 from vrg.recording.recorder import Recorder
 from vrg.regions import Rectangle
+from vrg.testing.views import synthetic
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.plots.plot import plot_trajectories

@@ -7,8 +7,8 @@ from fontTools.fontBuilder import FontBuilder
 from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib.figure import Figure
 
-from tests.command_line import invoke
-from tests.tiny import TINY
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
 from vrg.ui import letters
 from vrg.ui.window.text import Fonts
 

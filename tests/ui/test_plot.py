@@ -9,13 +9,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from tests.ui import synthetic
 from tests.ui.pictures import kept_axes
 from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION
 from vrg.recording.reader import calls_of, read_tracks
 from vrg.recording.recorded import read_recorded
 from vrg.regions import Circle, Rectangle
+from vrg.testing.views import synthetic
 from vrg.ui.plots import plot
 from vrg.ui.plots.plot import plot_trajectories
 from vrg.ui.plots.plotted import Labels

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pygame
 import pytest
 
-from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, content
 from vrg.games import game_of
 from vrg.recording.recorded import read_recorded
+from vrg.testing.views import synthetic
 from vrg.ui.acts import Act
 from vrg.ui.timeline import Timeline
 from vrg.ui.window.replay import MOVES, ReplayWindow, show

@@ -5,11 +5,11 @@ from itertools import count
 
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.games import game_of
 from vrg.games.game import title
+from vrg.testing.views import synthetic
 from vrg.types import Pose, Twist
 from vrg.ui.builder import CALLS_KEPT, FLASH_SECONDS, TRAIL_SECONDS, TRAIL_STEP, SceneBuilder, SceneInlets
 from vrg.ui.headline import headline

@@ -7,11 +7,11 @@ import numpy as np
 import pygame
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.colours import VERMILLION
 from vrg.games.game import Moment
 from vrg.recording.reader import RecordedCall, Thought
+from vrg.testing.views import synthetic
 from vrg.ui import picture, view
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.plots import plot

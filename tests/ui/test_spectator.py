@@ -7,10 +7,10 @@ import sys
 import pygame
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
+from vrg.testing.views import synthetic
 from vrg.ui.window.spectator import HOLD, Spectator
 from vrg.ui.window.window import display_available
 from vrg.ui.window.window_node import FRAME
@@ -143,7 +143,7 @@ def test_the_mixer_is_never_started():
     """In a process of its own, since pygame's modules keep their state."""
     program = (
         "import os, pygame\n"
-        "from tests.ui import synthetic\n"
+        "from vrg.testing.views import synthetic\n"
         "from vrg.bus.mailbox import Mailbox\n"
         "from vrg.bus.topics import Keys\n"
         "from vrg.ui.window.spectator import Spectator\n"

@@ -9,10 +9,10 @@ import sys
 import pytest
 from rich.console import Console
 
-from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Tick
+from vrg.testing.views import synthetic
 from vrg.ui.table import TerminalTable, status_line, table
 
 

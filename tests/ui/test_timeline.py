@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.recording.recorded import RecordedMatch, read_recorded
+from vrg.testing.views import synthetic
 from vrg.types import STILL, Pose
 from vrg.ui.timeline import Timeline
 

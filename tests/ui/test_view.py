@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.regions import Circle
+from vrg.testing.views import synthetic
 from vrg.ui.scene import Scene
 from vrg.ui.view import MARGIN, extent, fit
 

@@ -5,11 +5,11 @@ from typing import Any
 import pygame
 import pytest
 
-from tests.ui.window_contract import Bench, WindowContract
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.pacing import LEASE, MAX_LEASE, lease
 from vrg.bus.topics import Keys
+from vrg.testing.views.window import Bench, WindowContract
 from vrg.ui import acts
 from vrg.ui.acts import Act
 from vrg.ui.commander.node import Commander

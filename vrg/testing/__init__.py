@@ -1,6 +1,7 @@
-"""Suites that a driver, rule book, strategy or motor protocol of another package must pass, to be run by pytest.
+"""What the tests of another package need: suites that it must pass, matches, commands, pages and drives on a bench.
 
-A package outside VRG subclasses a suite, gives it what it asks for by a fixture, and has every test of it:
+A suite is of a driver, rule book, strategy, motor protocol or window. A package outside VRG subclasses one, gives it
+what it asks for by a fixture, and has every test of it:
 
     from vrg.testing.driver import DriverBench, DriverContract
 
@@ -8,5 +9,5 @@ A package outside VRG subclasses a suite, gives it what it asks for by a fixture
         @pytest.fixture
         def bench(self): ...
 
-They need pytest, which the extra `testing` of VRG brings.
+All of it needs pytest, which the extra `testing` of VRG brings. docs/plugins.md lists the modules.
 """

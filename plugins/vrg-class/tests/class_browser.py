@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser
 
-from tests.chromium import Visitor, chromium
 from vrg.launch.endpoints import free_port
+from vrg.testing.views.browser import Visitor
 from vrg.ui.web.admission import Admission
 from vrg_class.folder import About, ClassFolder
 from vrg_class.league import ClassLeague
@@ -57,12 +57,6 @@ class Minnow(Strategy):
     def act(self, view):
         return Twist({}, 0.0)
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

@@ -6,7 +6,10 @@ from pathlib import Path
 import pytest
 from served_class import Class, serve
 
+from vrg.testing.views.browser import browser
 from vrg_class.command import opened
+
+__all__ = ["browser"]
 
 
 @pytest.fixture

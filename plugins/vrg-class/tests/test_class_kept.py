@@ -7,7 +7,7 @@ import pytest
 from class_browser import JOINING, SIZES, TEACHER, join, write
 from playwright.sync_api import Route
 
-from tests.chromium import Visitor
+from vrg.testing.views.browser import Visitor
 
 pytest_plugins = ["class_browser"]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from class_browser import CODE, JOINING, SIZES, TEACHER, join, write
 
-from tests.chromium import Visitor
+from vrg.testing.views.browser import Visitor
 
 pytest_plugins = ["class_browser"]
 CUT = """() => {

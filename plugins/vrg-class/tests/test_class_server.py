@@ -13,12 +13,12 @@ import aiohttp
 import pytest
 from served_class import GOOD, PATIENCE, SEALED, Class, kinds, post, wait_until
 
-from tests.command_line import invoke
-from tests.planted import check_unknown
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import free_port
 from vrg.launch.folder_lock import owned
 from vrg.launch.sandbox.seal import missing
+from vrg.testing.command_line import invoke
+from vrg.testing.processes.sealed import check_unknown
 from vrg_class import tries
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder, revision

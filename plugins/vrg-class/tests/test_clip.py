@@ -5,8 +5,8 @@ from pathlib import Path
 from PIL import Image
 
 import vrg
-from tests.command_line import invoke
-from tests.tiny import TINY
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
 
 
 def test_the_seconds_around_a_call_become_a_picture_that_moves(tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ import msgspec
 import pytest
 from event_cases import NOW, THREE, event, played, restarted, table, words
 
-from tests.tiny import TINY
 from vrg.api import play
 from vrg.errors import ConfigError
+from vrg.testing.tiny import TINY
 from vrg_class.event.course import Live, Phase, Report
 from vrg_class.event.field import report_of
 from vrg_class.event.outcomes import Kept, read_kept

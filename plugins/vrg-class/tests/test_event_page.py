@@ -8,7 +8,7 @@ import pytest
 from event_day import LINING_UP, SCENE, TOKEN, Day, day
 from playwright.sync_api import Browser, Route
 
-from tests.chromium import Visitor, chromium
+from vrg.testing.views.browser import Visitor
 from vrg_class.event.course import Report
 
 STAGE, OFFICIALS, TELEPHONE = (1280, 720), (1024, 768), (390, 844)
@@ -27,12 +27,6 @@ DENIED = """for (const name of ["sessionStorage", "localStorage"]) {
 }"""
 """A browser that keeps nothing."""
 MATCH = "document.querySelector('#field.seen iframe')?.contentWindow"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium("--ignore-certificate-errors") as found:
-        yield found
 
 
 Visit = Callable[[str, tuple[int, int]], Visitor]

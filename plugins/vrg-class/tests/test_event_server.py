@@ -21,11 +21,11 @@ import psutil
 import pytest
 from event_day import LINING_UP, SCENE, SEAT, TOKEN, Day, day
 
-from tests.command_line import invoke
-from tests.system.harness import long_match
-from tests.tiny import TINY
 from vrg.errors import ConfigError
 from vrg.launch.folder_lock import owned
+from vrg.testing.command_line import invoke
+from vrg.testing.processes.match import long_match
+from vrg.testing.tiny import TINY
 from vrg_class.event.course import Live, Report
 from vrg_class.event.outcomes import read_kept
 from vrg_class.event.proxy import VIEWERS, Proxy

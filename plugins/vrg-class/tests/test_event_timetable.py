@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from tests.tiny import TINY
 from vrg.errors import ConfigError
+from vrg.testing.tiny import TINY
 from vrg_class.event.clock import EventClock
 from vrg_class.event.field import Field
 from vrg_class.event.plan import Game

@@ -1,13 +1,13 @@
-"""The fixtures of a robot on a simulated bus, of the tools on it, and of matches: most are those of VRG's own tests."""
+"""The fixtures of a robot on a simulated bus, of the tools on it, and of matches."""
 
 import pytest
 
-from tests.hal.can.conftest import bench, drives, going, lab, protocol, watchdog
-from tests.system.conftest import arena, start
 from vrg.commands import drives as drives_command
 from vrg.hal.can.workshop.simulation import Simulation
+from vrg.testing.can.fixtures import bench, drives, lab, protocol, watchdog
+from vrg.testing.processes.arena import arena, start
 
-__all__ = ["arena", "bench", "drives", "going", "lab", "protocol", "simulated", "start", "watchdog"]
+__all__ = ["arena", "bench", "drives", "lab", "protocol", "simulated", "start", "watchdog"]
 
 
 @pytest.fixture

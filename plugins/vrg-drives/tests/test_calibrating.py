@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hal.can.bench import RATIO, Drives, Lab
 from vrg.errors import RobotError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration
@@ -19,6 +18,7 @@ from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.simulation import Port
 from vrg.hal.models import robot_model
 from vrg.hal.simulated_clock import SimulatedClock
+from vrg.testing.can.bench import RATIO, Drives, Lab
 from vrg.types import Pose, Twist
 from vrg_drives.bringup.calibrating import Plan, _Runner, calibrate, corrected_ratio, corrected_track
 

@@ -9,8 +9,6 @@ import pytest
 from click.testing import Result
 from typer.testing import CliRunner
 
-from tests.hal.can.bench import PATIENCE, CanBench, Drives
-from tests.tiny import TINY_CAN
 from vrg.cli import make_app
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.calibration import AxisCalibration, Calibration, calibration_text, load_calibration
@@ -20,7 +18,9 @@ from vrg.hal.can.train import DriveTrain
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
+from vrg.testing.can.bench import PATIENCE, CanBench, Drives
 from vrg.testing.driver import arm
+from vrg.testing.tiny import TINY_CAN
 from vrg_drives.bringup import control_command
 
 pytestmark = pytest.mark.usefixtures("simulated")

@@ -12,12 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import match_text, wait_until
-from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.models import robot_model
+from vrg.testing.can.vcan import INTERFACE, VCAN
+from vrg.testing.processes.match import match_text
+from vrg.testing.waiting import wait_until
 
 pytestmark = [pytest.mark.vcan, pytest.mark.thorough]
 

@@ -8,8 +8,8 @@ import canopen
 import pytest
 from canopen.profiles.p402 import BaseNode402
 
-from tests.hal.can.live import PATIENCE, LiveDrives
-from tests.vcan import INTERFACE, VCAN
+from vrg.testing.can.live import PATIENCE, LiveDrives
+from vrg.testing.can.vcan import INTERFACE, VCAN
 from vrg_drives.cia402.codec import DEVICE_TYPE, SERIAL_NUMBER, Object
 from vrg_drives.cia402.errors import RPDO_TIMEOUT
 from vrg_drives.cia402.objects import ENCODER_COUNTS, object_dictionary

@@ -6,7 +6,6 @@ import struct
 import pytest
 from test_can_commands import LINK, run
 
-from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from vrg.commands.options import make_console
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
@@ -16,6 +15,7 @@ from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
+from vrg.testing.can.bench import PATIENCE, CanBench, Drives
 from vrg.testing.driver import arm
 from vrg.types import Twist
 from vrg_drives.bringup.listened_bus import BusState

@@ -3,7 +3,6 @@
 import pytest
 from pydantic import ValidationError
 
-from tests.hal.can.test_settings import BOB, SUE, table
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import CanSettings
 from vrg.testing.protocol import ProtocolContract
@@ -43,5 +42,6 @@ def test_a_protocol_has_the_name_that_it_is_found_by(name: str) -> None:
 
 
 def test_drives_of_two_protocols_on_one_bus_are_refused() -> None:
+    robots = {"sue": {"left": [0], "right": [1]}, "bob": {"left": [2], "right": [4], "protocol": "cia402"}}
     with pytest.raises(ValidationError, match="cia402 on can0, where others speak odrive"):
-        CanSettings.model_validate(table(robots={"sue": SUE, "bob": {**BOB, "protocol": "cia402"}}))
+        CanSettings.model_validate({"channel": "can0", "robots": robots})

@@ -7,11 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.playing.test_mixed_in_process import MIXED, PHYSICAL, played
-from tests.system.harness import Match, match_text
-from tests.system.test_mixed import OTHER_GROUP, WIRING
 from vrg.config.loading import load_match
 from vrg.recording.reader import read_tracks
+from vrg.testing import matches
+from vrg.testing.processes.match import Match, match_text
+
+MIXED = Path(__file__).parents[3] / "examples" / "mixed.toml"
+PHYSICAL = ("player2", "player5")
+WIRING = {"ann": (0, 1), "bob": (2, 3)}
+OTHER_GROUP = "239.74.163.9"
+"""The bus of robots that speak another protocol: two protocols cannot share one."""
 
 
 @pytest.mark.parametrize(
@@ -23,9 +28,13 @@ def test_other_protocols_than_odrive_play_too(tmp_path: Path, protocol: str) -> 
     if protocol == "vesc":
         text = text.replace("ratio = 50.0", "ratio = 50.0\noptions = { pole_pairs = 7 }")
     (tmp_path / "match.toml").write_text(text)
-    _, tour, _ = played(tmp_path / "run", load_match(tmp_path / "match.toml", engine="planar", lasers=False), 15.0)
-    assert tour.halts == {None}
-    assert min(tour.ways[name] for name in PHYSICAL) > 0.5, tour.ways
+    setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False).at_rate(0.0)
+    ending, run = matches.played(setup, tmp_path / "run", recorded=True, limit=15.0)
+    assert ending.state.halted is None
+    assert not matches.calls_of(run, "halt")
+    tracks = read_tracks(run.recordings())
+    ways = {name: np.abs(np.diff([tracks[name].x, tracks[name].y])).sum() for name in PHYSICAL}
+    assert min(ways.values()) > 0.5, ways
 
 
 @pytest.mark.system

@@ -8,11 +8,11 @@ from collections.abc import Callable
 import pytest
 from test_can_tools import LATE, ON, PATIENCE, told, turn, vrg
 
-from tests.system.harness import wait_until
-from tests.vcan import VCAN
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.clock import REAL_CLOCK
+from vrg.testing.can.vcan import VCAN
+from vrg.testing.waiting import wait_until
 from vrg_drives.cia402.codec import NODE_MASK, Function
 from vrg_drives.moteus.drive import MoteusListener
 

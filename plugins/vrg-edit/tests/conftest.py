@@ -6,8 +6,11 @@ from pathlib import Path
 import pytest
 
 from vrg.launch.endpoints import free_port
+from vrg.testing.views.browser import browser
 from vrg_edit.editor import Editor
 from vrg_edit.server import HOST, EditServer
+
+__all__ = ["browser"]
 
 
 @pytest.fixture

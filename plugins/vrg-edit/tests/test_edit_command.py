@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import command_line
+from vrg.testing.command_line import command_line
 from vrg_edit import command
 from vrg_edit.editor import NextStep
 from vrg_edit.server import EditServer

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from tests.chromium import Visitor, chromium
 from vrg.config.loading import load_match
+from vrg.testing.views.browser import Visitor
 from vrg_edit.draft import Draft
 from vrg_edit.editor import Editor, NextStep
 from vrg_edit.server import EditServer
@@ -21,12 +21,6 @@ LAYOUT = """() => {
     return { cut, wide: document.documentElement.scrollWidth > innerWidth };
 }"""
 """What is cut off, and whether the page is wider than the window."""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

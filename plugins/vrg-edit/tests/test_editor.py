@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from tests.tiny import TINY
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.tiny import TINY
 from vrg.types import Pose
 from vrg_edit.checking import DraftCheck
 from vrg_edit.choices import Choices

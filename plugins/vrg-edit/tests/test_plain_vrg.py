@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from tests.system.harness import DEADLINE
 from vrg.config.loading import load_match
+from vrg.testing.waiting import DEADLINE
 
 pytestmark = pytest.mark.system
 

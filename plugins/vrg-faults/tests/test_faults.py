@@ -14,8 +14,6 @@ import pytest
 import vrg.agents.player
 import vrg.hal.permission
 import vrg_faults.session
-from tests.command_line import invoke
-from tests.tiny import TINY, TINY_CAN
 from vrg.agents import Action, View
 from vrg.agents.player import Player
 from vrg.bus.codec import Received
@@ -40,6 +38,8 @@ from vrg.hal.sim.driver import SimDriver
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY, TINY_CAN
 from vrg.types import Twist
 from vrg_faults.checking import checked, problems_of, shortest
 from vrg_faults.disk import SimulatedJournal

@@ -2,12 +2,12 @@
 
 import pytest
 
-from tests.command_line import invoke
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
 from vrg.hal.can.judges.reasons import Cause, Reason
 from vrg.hal.can.judges.silence import Silence
 from vrg.hal.can.machine import StateMachine
+from vrg.testing.command_line import invoke
 from vrg_faults.command import lived
 from vrg_faults.robot.life import Counterexample, Life
 

@@ -7,10 +7,10 @@ from unittest import mock
 import pytest
 from experiments import Never, Play, experiment, match, unsealed
 
-from tests.command_line import Vrg, command_line
-from tests.warm import Warm, WarmServers
 from vrg.bus.stopping import StopSignal
 from vrg.launch.fork_server import ForkServer
+from vrg.testing.command_line import Vrg, command_line
+from vrg.testing.processes.warm import Warm, WarmServers
 from vrg_league import game_process
 from vrg_league.games import GameRecord
 from vrg_league.workers import Workers

@@ -1,5 +1,7 @@
 """A match that is over in a moment, strategies that play it in all kinds of ways, and experiments of these."""
 
+import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -161,3 +163,8 @@ def target(match: Path, name: str) -> str:
 def timeless(rows: list[GameRecord]) -> list[GameRecord]:
     """The same without the real time that each game, and the code of its players, took."""
     return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0, thinking={})) for row in rows]
+
+
+def with_vrg() -> dict[str, str]:
+    """The environment variables of a shell in which `vrg` is the command of this Python."""
+    return os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', os.defpath)}"}

@@ -9,9 +9,9 @@ import pytest
 from experiments import match_in
 from pyarrow import parquet
 
-from tests.command_line import Vrg, invoke
 from vrg.config.loading import load_match
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import Vrg, invoke
 from vrg_league.contenders import contenders
 from vrg_league.experiment import define, origin_at
 from vrg_league.folder import ExperimentFolder, read_records

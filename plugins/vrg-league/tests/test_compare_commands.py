@@ -16,9 +16,8 @@ import pytest
 from experiments import OWN, alive, target
 from pyarrow import csv, parquet
 
-from tests.command_line import Vrg
-from tests.system.harness import wait_until
-from tests.test_cli import tells_of_missing
+from vrg.testing.command_line import Vrg, tells_of_missing
+from vrg.testing.waiting import wait_until
 from vrg_league.files import write
 
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")

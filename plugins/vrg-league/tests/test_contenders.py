@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.games.test_strategy_files import plug
+from vrg import registry
 from vrg.errors import ConfigError
 from vrg.launch.nodes.strategy import strategy_class
 from vrg_league.contenders import entered
 
 
 def test_a_policy_in_a_folder_is_not_left_out_in_silence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    plug(monkeypatch)
+    monkeypatch.setattr(registry, "plugins", lambda _group: {})
     (tmp_path / "x.npz").touch()
     found, _ = entered([str(tmp_path)], folders=True)
     assert [one.target for one in found] == [str(tmp_path / "x.npz")]

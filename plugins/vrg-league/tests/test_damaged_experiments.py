@@ -1,14 +1,11 @@
 """Damaged files of an experiment are refused in words, and nobody waits for a pipe in their place."""
 
-import contextlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.damage import deep, mutants
-from vrg.errors import VrgError
+from vrg.testing.damage import check_no_file, check_refused
 from vrg_league.folder import GameRecord, read_definition, read_records
 
 READERS: dict[str, tuple[bytes, Callable[[Path], object]]] = {
@@ -21,21 +18,9 @@ READERS: dict[str, tuple[bytes, Callable[[Path], object]]] = {
 @pytest.mark.parametrize("count", [40, pytest.param(1000, marks=pytest.mark.thorough)])
 def test_a_damaged_file_of_an_experiment_is_refused_in_words(tmp_path: Path, name: str, count: int) -> None:
     whole, read = READERS[name]
-    for what, content in [*mutants(whole, count), ("deep", deep(whole))]:
-        (tmp_path / name).write_bytes(content)
-        try:
-            read(tmp_path / name)
-        except (VrgError, OSError):
-            continue
-        except Exception as error:
-            raise AssertionError(f"{what}: {content[:300]!r}") from error
+    check_refused(read, tmp_path / name, whole, count)
 
 
 @pytest.mark.parametrize("name", READERS)
 def test_nobody_waits_for_a_pipe_or_reads_a_device_as_an_experiment(tmp_path: Path, name: str) -> None:
-    for make in (os.mkfifo, lambda path: path.symlink_to("/dev/zero"), lambda path: path.mkdir()):
-        folder = tmp_path / str(len(list(tmp_path.iterdir())))
-        folder.mkdir()
-        make(folder / name)
-        with contextlib.suppress(VrgError, OSError):
-            READERS[name][1](folder / name)
+    check_no_file(READERS[name][1], tmp_path, name)

@@ -12,7 +12,7 @@ import pytest
 from experiments import OWN
 from test_matchmaking import game
 
-from tests.command_line import Vrg
+from vrg.testing.command_line import Vrg
 from vrg_league.contenders import Unable
 from vrg_league.folder import read_records
 from vrg_league.games import GameRecord

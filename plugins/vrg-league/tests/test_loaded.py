@@ -1,6 +1,6 @@
 """What a game of an experiment loads."""
 
-from tests.test_layout import loaded
+from vrg.testing.loading import loaded
 
 
 def test_a_game_of_an_experiment_draws_nothing_and_writes_no_tables() -> None:

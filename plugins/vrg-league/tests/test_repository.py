@@ -5,12 +5,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from experiments import OWN
+from experiments import OWN, with_vrg
 
-from tests.command_line import with_vrg
-from tests.requirements import missing as lacking
-from tests.tiny import TINY
 from vrg.launch.sandbox.seal import missing
+from vrg.testing.requirements import missing as lacking
+from vrg.testing.tiny import TINY
 
 DEPLOY = Path(__file__).parents[1] / "deploy" / "repository"
 

@@ -11,9 +11,9 @@ import psutil
 import pytest
 from experiments import alive, experiment, unsealed
 
-from tests.system.harness import wait_until
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
+from vrg.testing.waiting import wait_until
 from vrg_league.games import FAILED, OVER, Played, ScheduledGame
 from vrg_league.running import Experiment
 from vrg_league.workers import Workers

@@ -4,10 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_config import FORMS
-from vrg.config.loading import load_match
+from vrg.config.loading import load_match, match_path
+from vrg.testing.tiny import forms
 from vrg_league.contenders import teams_of
 from vrg_league.experiment import written
+
+TABLE = match_path("sharks-and-minnows-table-4-2").read_text(encoding="utf-8")
+FORMS = forms(TABLE.replace('map = "courtyard"\n', 'map = "courtyard"\nengine = "pybullet"\n'))
 
 
 @pytest.mark.parametrize("text", FORMS.values(), ids=FORMS)

@@ -9,8 +9,8 @@ import pytest
 from pyarrow import parquet
 
 import vrg
-from tests.command_line import invoke
-from tests.tiny import TINY
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
 from vrg_learn.learning import learning_of
 from vrg_learn.rewards import for_calls, for_winning
 from vrg_learn.table import Heading

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from making import GAMES_LEARNED, Situation, short_match
 
-from tests.command_line import invoke
 from vrg.agents.strategy import Action
 from vrg.bus.messages import DISQUALIFIED, Stage
 from vrg.config.loading import check_strategies, load_match, match_path
@@ -29,6 +28,7 @@ from vrg.playing.in_process import play
 from vrg.playing.trial import trial
 from vrg.runs.keeping import files_of, files_of_strategy
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
 from vrg_league.contenders import contenders, entered, seen_from
 from vrg_learn import policy as policies
 from vrg_learn.action import twist_of

@@ -15,7 +15,6 @@ from msgspec import structs
 from pyarrow import parquet
 from test_training import imitate
 
-from tests.command_line import invoke
 from vrg.agents.strategy import Action, Strategy, View, decided
 from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
@@ -24,6 +23,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.hal.models.pioneer import P2AT
 from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
 from vrg.types import Twist
 from vrg_learn.action import twist_of
 from vrg_learn.environment import MatchEnvironment

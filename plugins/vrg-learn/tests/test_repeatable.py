@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from making import GAMES_LEARNED, digest, short_match
 
-from tests.playing.matches import calls_of, played
 from vrg.agents.strategy import Strategy, decided
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
 from vrg.launch.nodes.strategy import strategy_of
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.matches import calls_of, played
 from vrg_learn.environment import MatchEnvironment
 from vrg_learn.single import PlayerEnvironment
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.harness import wait_until
 from vrg.errors import ConfigError
+from vrg.testing.waiting import wait_until
 from vrg_locate import stream as module
 from vrg_locate.stream import LiveStream
 

@@ -14,10 +14,10 @@ import psutil
 import pytest
 from mcp_client import SMALL, Agent, agent
 
-from tests.planted import check_unknown
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
+from vrg.testing.processes.sealed import check_unknown
 from vrg_mcp.work import virtual
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")]

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from mcp_client import SMALL, answer_of
 
-from tests.command_line import invoke
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
+from vrg.testing.command_line import invoke
 from vrg_mcp.knowledge import matches
 from vrg_mcp.players import PlayerFolder
 from vrg_mcp.server import Server, Tools, server_of

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.conftest import arena, start
 from vrg.bus.session import Session, open_router, open_session
 from vrg.launch.endpoints import free_endpoint
+from vrg.testing.processes.arena import arena, start
 
 __all__ = ["arena", "endpoint", "session", "start"]
 

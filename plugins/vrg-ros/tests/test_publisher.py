@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from tests.hal.omni import OMNI
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -24,6 +22,8 @@ from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.sonar import Sonar
 from vrg.regions import Rectangle
+from vrg.testing.omni import OMNI
+from vrg.testing.views import synthetic
 from vrg.types import Pose, Twist, Uncertainty
 from vrg_ros import messages as ros
 from vrg_ros.cdr import decode, encode

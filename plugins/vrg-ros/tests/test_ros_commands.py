@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Vrg, command_line
-from tests.system.harness import long_match
 from vrg.bus.session import Session, joined
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, ConfigError
 from vrg.playing.match import undriven
 from vrg.plugins import CHECKS
+from vrg.testing.command_line import Vrg, command_line
+from vrg.testing.processes.match import long_match
 from vrg_ros import check
 from vrg_ros.command import BESIDE, ros_address, ros_place, typed_domain
 from vrg_ros.node import ros_node

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import Match, long_match
+from vrg.testing.processes.match import Match, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from tests.command_line import Vrg
+from vrg.testing.command_line import Vrg
 
 THREE = "3d cannot be shown: the package viser is not installed, and this needs it: pip install 'vrg-views[three]'"
 FOXGLOVE = (

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Vrg
 from vrg.config.loading import load_match, match_path
 from vrg.errors import LaunchError
 from vrg.kinds import KINDS, SPECTATOR, Opening, kind_shown
 from vrg.launch.specs import kind_of, placed, specs
 from vrg.registry import load_object
+from vrg.testing.command_line import Vrg
 from vrg_views.foxglove import KIND
 from vrg_views.foxglove.command import open_foxglove
 

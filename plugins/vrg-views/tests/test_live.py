@@ -12,7 +12,6 @@ from typing import Any, cast
 import aiohttp
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
@@ -20,6 +19,7 @@ from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
 from vrg.launch.context import NodeContext
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.views import synthetic
 from vrg_views.foxglove.live import LiveRecorder, LiveServer
 from vrg_views.foxglove.node import foxglove
 

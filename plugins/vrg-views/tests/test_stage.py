@@ -6,9 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.outside.package.toys.kiwi import KIWI
-from tests.ui import synthetic
-from tests.ui.synthetic import scene_at
 from vrg.bus import messages as m
 from vrg.colours import ORANGE, PURPLE, RED, mix
 from vrg.figures import rounded
@@ -17,6 +14,9 @@ from vrg.games.game import Game, Marker, Role
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.depiction import Rays
 from vrg.regions import Rectangle
+from vrg.testing.omni import OMNI
+from vrg.testing.views import synthetic
+from vrg.testing.views.synthetic import scene_at
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.scene import Scene, SceneBody, SceneObject
@@ -29,7 +29,7 @@ from vrg_views.three.stage import _LIFT, Batch, BatchMaker, fan, trails
 
 P2AT = robot_model("P2AT")
 ORIGIN = Pose(0.0, 0.0, 0.0)
-MODELS = (P2AT, robot_model("ATRV-Jr"), KIWI)
+MODELS = (P2AT, robot_model("ATRV-Jr"), OMNI)
 
 
 def volume(mesh) -> float:

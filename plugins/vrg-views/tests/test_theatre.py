@@ -8,20 +8,23 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from tests.chromium import WEBGL, Visitor, chromium
-from tests.ui import synthetic
-from tests.ui.synthetic import scene_at
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
 from vrg.hal.models import robot_model
 from vrg.recording.recorded import read_recorded
+from vrg.testing.views import synthetic
+from vrg.testing.views.browser import Visitor, chromium
+from vrg.testing.views.synthetic import scene_at
 from vrg.ui.scene import Scene
 from vrg.ui.timeline import Timeline
 from vrg_views.three import theatre as module
 from vrg_views.three.node import FRAME, ThreeNode
 from vrg_views.three.replay import ThreeReplay
 from vrg_views.three.theatre import Theatre
+
+WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+"""The flags with which it draws in three dimensions without a graphics card, slowly."""
 
 ROBOTS = dict.fromkeys(synthetic.NAMES, robot_model("P2AT"))
 GOING_AWAY = 1008

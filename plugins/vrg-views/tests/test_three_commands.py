@@ -8,11 +8,12 @@ import pytest
 import zstandard
 from websockets.sync.client import connect
 
-from tests.command_line import Vrg
-from tests.system.harness import Match, long_match, short_match, wait_until
 from vrg.config.loading import load_match, match_path
 from vrg.kinds import KINDS, kind_shown
 from vrg.launch.specs import kind_of
+from vrg.testing.command_line import Vrg
+from vrg.testing.processes.match import Match, long_match, short_match
+from vrg.testing.waiting import wait_until
 from vrg.ui.timeline import Timeline
 from vrg_views.three import KIND, command
 

@@ -174,7 +174,8 @@ def test_nothing_that_a_scan_may_hold_makes_a_warning() -> None:
         warnings.simplefilter("error")
         empty = snapshot([fan_of([math.nan, 1.0, math.inf, 0.0, 8.0])])
         odd = fan_of([math.nan, 1.0, math.inf, 0.0, 8.0])
-        unusual(odd, [empty], returns_of(odd, [((0.0, 0.0), 1.0)]))
+        found = unusual(odd, [empty], returns_of(odd, [((0.0, 0.0), 1.0)]))
+    assert not found.any()
 
 
 def crowded(rng: np.random.Generator) -> tuple[Floats, Pose]:

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from tests.command_line import invoke
 from vrg.bus.messages import Stage
 from vrg.commands.practice import match_text
 from vrg.config.loading import load_match
@@ -15,6 +14,7 @@ from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import NOBODY, Contestant, Observation
 from vrg.errors import ConfigError
 from vrg.games.practice.rules import Practice, Settings
+from vrg.testing.command_line import invoke
 from vrg.testing.rulebook import RuleBookContract
 from vrg.testing.strategy import StrategyContract
 from vrg.types import Pose

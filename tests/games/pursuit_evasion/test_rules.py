@@ -743,12 +743,17 @@ def test_an_impossible_decision_is_refused_with_what_is_possible(
         rules.overrule(rules.initial(), action, subject, value)
 
 
-def test_a_score_that_no_message_can_hold_is_refused(rules: PursuitEvasion) -> None:
-    try:
-        state = rules.overrule(rules.initial(), OfficialAction.SET_SCORE, "pursuers", "9" * 30)
-    except ConfigError:
-        return
-    msgspec.msgpack.encode(rules.score(state))
+@pytest.mark.parametrize("points", ["1000000", "9" * 30])
+def test_a_score_that_is_too_large_is_refused(rules: PursuitEvasion, points: str) -> None:
+    with pytest.raises(ConfigError, match="expected a whole number from 0 to 999999"):
+        rules.overrule(rules.initial(), OfficialAction.SET_SCORE, "pursuers", points)
+
+
+def test_the_largest_score_can_be_told_in_a_message(rules: PursuitEvasion) -> None:
+    state = rules.overrule(rules.initial(), OfficialAction.SET_SCORE, "pursuers", "999999")
+    score = rules.score(state)
+    assert score["pursuers"] == 999_999
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(score)) == score
 
 
 def test_an_intruder_that_an_official_lets_wait_again_begins_anew(rules: PursuitEvasion) -> None:

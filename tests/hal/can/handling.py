@@ -5,8 +5,8 @@ from contextlib import suppress
 
 import pytest
 
-from tests.hal.can.bench import PATIENCE, DeviceBench, Drives
 from vrg.errors import RobotError
+from vrg.testing.can.bench import PATIENCE, DeviceBench, Drives
 from vrg.testing.driver import STANDSTILL_SPEED
 from vrg.types import Twist
 

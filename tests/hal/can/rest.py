@@ -4,10 +4,10 @@ import math
 import random
 from collections.abc import Callable
 
-from tests.hal.can.bench import NODES, DeviceBench, Drives
 from tests.hal.can.handling import armed, drive_on
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.faults import FaultKind
+from vrg.testing.can.bench import NODES, DeviceBench, Drives
 from vrg.types import Twist
 
 FASTEST = Twist(0.7, 0.0)

@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from tests.hal.can.bench import PATIENCE, RATIO, STEP, DeviceBench, Drives
 from tests.hal.can.handling import armed, drive_on, recovers
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.models import robot_model
+from vrg.testing.can.bench import PATIENCE, RATIO, STEP, DeviceBench, Drives
 from vrg.types import Twist
 
 STANDS = 0.5

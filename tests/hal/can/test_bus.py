@@ -8,7 +8,6 @@ import can
 import can.interfaces.virtual
 import pytest
 
-from tests.hal.can.live import PATIENCE
 from vrg.errors import RobotError
 from vrg.hal.can import bus as bus_module
 from vrg.hal.can.bus import CanBus, Stamps
@@ -17,6 +16,7 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.opening import frame_time
 from vrg.hal.can.sending import MAX_IN_FLIGHT, Echoes, Pacer
 from vrg.hal.clock import REAL_CLOCK
+from vrg.testing.can.live import PATIENCE
 
 LINK = Link(interface="virtual", channel="frames of others")
 

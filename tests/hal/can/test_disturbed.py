@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 from msgspec.structs import replace as replaced
 
-from tests.hal.can.bench import NODES, PATIENCE, STEP, CanBench, DeviceBench, Drives, Lab
 from tests.hal.can.handling import armed, at_rest, drive_on, driving
 from tests.hal.can.scenes import AHEAD, ALL, Case, Plant, Scene, encoder, judge, scene_of
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.simulation import Tamper
+from vrg.testing.can.bench import NODES, PATIENCE, STEP, CanBench, DeviceBench, Drives, Lab
 from vrg.types import STILL, Twist
 
 REST = 0.45

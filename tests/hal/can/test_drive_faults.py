@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.hal.can.bench import KEYS, LINK, PATIENCE, START, DeviceBench, Drives, Lab
 from tests.hal.can.handling import (
     AHEAD,
     armed,
@@ -23,6 +22,7 @@ from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.sensors.encoders import Encoders
 from vrg.hal.sensors.ins import Ins
+from vrg.testing.can.bench import KEYS, LINK, PATIENCE, START, DeviceBench, Drives, Lab
 
 
 class TestDrives:

@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 from msgspec.structs import astuple
 
-from tests.hal.can.bench import HERE, NODES, PATIENCE, CanBench, Drives, Lab, settings
-from tests.hal.omni import OMNI
 from vrg.bus.messages import SensorMessage
 from vrg.errors import ConfigError, StaleDataError
 from vrg.hal.can.driver import CanDriver
@@ -21,7 +19,9 @@ from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders, EncodersSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch, TouchSpec
+from vrg.testing.can.bench import HERE, NODES, PATIENCE, CanBench, Drives, Lab, settings
 from vrg.testing.driver import DriverContract
+from vrg.testing.omni import OMNI
 from vrg.types import Twist
 
 LINK = Link(interface="virtual", channel="driver")

@@ -10,12 +10,12 @@ from contextlib import suppress
 
 import pytest
 
-from tests.vcan import INTERFACE, VCAN
 from vrg.errors import RobotError
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.clock import REAL_CLOCK
+from vrg.testing.can.vcan import INTERFACE, VCAN
 
 pytestmark = pytest.mark.vcan
 

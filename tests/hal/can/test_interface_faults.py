@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import pytest
 
-from tests.hal.can.bench import LINK, NODES, CanBench, DeviceBench, Drives
 from tests.hal.can.handling import (
     AHEAD,
     assert_latched,
@@ -19,7 +18,6 @@ from tests.hal.can.handling import (
     recovers,
     wait,
 )
-from tests.vcan import INTERFACE
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.judges.off import COAST_TIMEOUT
@@ -27,6 +25,8 @@ from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.testing.can.bench import LINK, NODES, CanBench, DeviceBench, Drives
+from vrg.testing.can.vcan import INTERFACE
 from vrg.types import Twist
 
 FAST = Twist(0.7, 0.0)

@@ -15,13 +15,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.vcan import UDP, require_loopback
 from vrg.errors import RobotError
 from vrg.hal.can import opening
 from vrg.hal.can.frame import fd_size
 from vrg.hal.can.link import Link, read_adapter
 from vrg.hal.can.opening import _arguments, _explain, open_bus
 from vrg.hal.can.settings import CanSettings
+from vrg.testing.can.vcan import UDP, require_loopback
 
 names = st.from_regex(r"[a-z_]{1,8}", fullmatch=True)
 values = st.one_of(st.booleans(), st.integers(-(2**40), 2**40), st.from_regex(r"[a-zA-Z/:]{1,10}", fullmatch=True))

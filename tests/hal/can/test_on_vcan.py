@@ -5,15 +5,15 @@ from contextlib import suppress
 
 import pytest
 
-from tests.hal.can.bench import NODES, settings
-from tests.hal.can.live import PATIENCE, LiveDrives
-from tests.vcan import VCAN
 from vrg.errors import RobotError
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.clock import REAL_CLOCK
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.odometry import Odometry
+from vrg.testing.can.bench import NODES, settings
+from vrg.testing.can.live import PATIENCE, LiveDrives
+from vrg.testing.can.vcan import VCAN
 from vrg.types import Twist
 
 pytestmark = pytest.mark.vcan

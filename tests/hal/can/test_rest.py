@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.hal.can.bench import NODES, Lab
 from tests.hal.can.rest import CAUSES, time_to_rest
 from vrg.hal.can.workshop.simulation import Simulation
+from vrg.testing.can.bench import NODES, Lab
 
 REST, DEAF = 0.45, 0.47
 """s; and of an ODrive that hears nothing and speaks on, whose heartbeat tells that its watchdog has stopped it."""

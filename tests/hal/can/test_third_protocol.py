@@ -10,7 +10,6 @@ import pytest
 from pydantic import ValidationError
 
 from tests.hal.can import toy
-from tests.hal.can.bench import LINK, CanBench, Drives, settings
 from vrg import registry
 from vrg.errors import RobotError
 from vrg.hal.can.protocols import PROTOCOLS
@@ -18,6 +17,7 @@ from vrg.hal.can.settings import CanSettings
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
+from vrg.testing.can.bench import LINK, CanBench, Drives, settings
 from vrg.testing.driver import DriverContract
 from vrg.testing.protocol import ProtocolContract
 

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.hal.can.bench import NODES, DeviceBench, Drives, Lab
 from tests.hal.can.handling import drive_on, driving, notices, recovers, wait
 from tests.hal.can.scenes import AHEAD, ALL, Case, Plant, Scene, encoder, judge, motor, plug, scene_of
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.faults import FaultKind
+from vrg.testing.can.bench import NODES, DeviceBench, Drives, Lab
 from vrg.types import STILL, Twist
 
 SLOW, CRAWL = Twist(0.1, 0.0), Twist(0.03, 0.0)

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from tests.hal.can.bench import NODES
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.testing.can.bench import NODES
 
 DRIVE = """
 import sys

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch.process_log import FLOOD_WINDOW, MAX_LOG_SIZE, ProcessLog
 from vrg.launch.sandbox import bounds
@@ -26,6 +25,7 @@ from vrg.launch.sandbox.bounds import (
     MemoryBound,
     printing_to,
 )
+from vrg.testing.waiting import wait_until
 
 
 def ran(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
@@ -64,10 +64,12 @@ class TestOutput:
 
     def test_a_little_now_and_then_is_none(self) -> None:
         now = 0.0
-        output = BoundedOutput(io.StringIO(), lambda: now)
+        stream = io.StringIO()
+        output = BoundedOutput(stream, lambda: now)
         for _ in range(20):
             output.write("x" * (OUTPUT_LIMIT // 2))
             now += OUTPUT_WINDOW / 2 + 1.0
+        assert len(stream.getvalue()) == 20 * (OUTPUT_LIMIT // 2)
 
 
 class TestLog:

@@ -10,8 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.playing import matches
-from tests.system.harness import short_match
 from vrg.config.code_files import imported
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
@@ -19,6 +17,8 @@ from vrg.launch.sandbox import player as reach
 from vrg.launch.sandbox.player import libraries, policy_of
 from vrg.launch.sandbox.policy import Access, Policy, readable
 from vrg.runs.run_folder import RunFolder
+from vrg.testing import matches
+from vrg.testing.processes.match import short_match
 
 TREE = {
     Path("/a"): [Path("/a/b"), Path("/a/c"), Path("/a/f")],

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import SandboxError
 from vrg.kinds import PLAYER
@@ -12,6 +11,7 @@ from vrg.launch.sandbox import seal
 from vrg.launch.serving import serve
 from vrg.runs.result import summary, write_result
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.processes.match import short_match
 
 
 def test_a_player_that_cannot_be_sealed_does_not_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

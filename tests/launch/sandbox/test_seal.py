@@ -22,10 +22,10 @@ from pathlib import Path
 import pytest
 
 from tests.launch.sandbox.sealed import policy, sealed
-from tests.requirements import missing
 from vrg.errors import SandboxError
 from vrg.launch.sandbox import landlock, seal
 from vrg.launch.sandbox.syscalls import ARCHITECTURES
+from vrg.testing.requirements import missing
 
 REASON = seal.missing()
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.planted import check_unknown
-from tests.system.harness import long_match
 from vrg.launch.sandbox.variables import named_variables
+from vrg.testing.processes.match import long_match
+from vrg.testing.processes.sealed import check_unknown
 
 VRG = (sys.executable, "-m", "vrg")
 

@@ -1,62 +1,24 @@
 """The page as a node: what it shows to its audience, and what it publishes for it."""
 
-import json
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE
 from vrg.errors import LaunchError
+from vrg.testing.views import synthetic
+from vrg.testing.views.viewers import Viewers
 from vrg.ui.scene import Scene
 from vrg.ui.web.node import WebNode
 from vrg.ui.web.requests import Command, Decision, Inspect, PageButton, Wishes
 
 
-class Audience:
-    """Keeps what it was shown; wants what a test says."""
-
-    def __init__(self) -> None:
-        self.watched = True
-        self.inspected: frozenset[Inspect] = frozenset()
-        self.frames: list[dict[str, object]] = []
-        self.calls: list[dict[str, object]] = []
-        self.told: list[tuple[int, str]] = []
-        self.released: list[int] = []
-        self.events: list[str] = []
-        self.wish = Wishes()
-        self.failure: LaunchError | None = None
-
-    def start(self) -> None:
-        self.events.append("start")
-
-    def stop(self) -> None:
-        self.events.append("stop")
-
-    def check(self) -> None:
-        if self.failure is not None:
-            raise self.failure
-
-    def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
-        self.frames.append({name: json.loads(text) for name, text in parts.items()})
-        self.calls += map(json.loads, calls)
-
-    def tell(self, guest: int, text: str, *, released: bool = False) -> None:
-        self.told.append((guest, text))
-        self.released += [guest] * released
-
-    def wishes(self) -> Wishes:
-        wish, self.wish = self.wish, Wishes()
-        return wish
-
-
 @pytest.fixture
 def audience():
-    return Audience()
+    return Viewers()
 
 
 @pytest.fixture
@@ -341,7 +303,7 @@ def test_a_drawer_listens_only_while_somebody_has_it_open(drawn, match, audience
 
 
 def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, match):
-    one, other = Audience(), Audience()
+    one, other = Viewers(), Viewers()
     nodes = [WebNode("web", Mailbox(), keys, audience) for audience in (one, other)]
     one.wish = Wishes(decisions=(Decision(7, "official (web)", PageButton.HALT),))
     other.wish = Wishes(decisions=(Decision(8, "official (web)", PageButton.RESUME),))

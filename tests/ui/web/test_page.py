@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from tests.chromium import LAYOUT, SIZES, Visitor
-from tests.ui import synthetic
 from vrg.bus.messages import Stage, Zone
 from vrg.colours import hexadecimal
 from vrg.regions import Rectangle
+from vrg.testing.views import synthetic
+from vrg.testing.views.browser import LAYOUT, SIZES, Visitor
 from vrg.types import Pose
 from vrg.ui.labels import Placer, Wanted, line_to
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer

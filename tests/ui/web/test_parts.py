@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.colours import mix
 from vrg.games import GAMES
+from vrg.testing.views import synthetic
 from vrg.ui import palette
 from vrg.ui.scene import Scene
 from vrg.ui.web import parts

@@ -11,9 +11,9 @@ from typing import Any
 import aiohttp
 import pytest
 
-from tests.chromium import SIZES, Visitor, chromium
 from tests.recording.recordings import record
 from vrg.recording.recorded import read_recorded
+from vrg.testing.views.browser import SIZES, Visitor, chromium
 from vrg.ui.timeline import Timeline
 from vrg.ui.web.replay import ReplaySite
 

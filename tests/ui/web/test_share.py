@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 import vrg
-from tests.chromium import SIZES, Visitor, chromium
-from tests.command_line import invoke
-from tests.tiny import TINY
 from vrg.playing.run import Run
 from vrg.recording.recorded import read_recorded
 from vrg.runs.evidenced import read_evidenced
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY
+from vrg.testing.views.browser import SIZES, Visitor, chromium
 from vrg.ui.timeline import Timeline
 from vrg.ui.web.share import recorded, shared
 

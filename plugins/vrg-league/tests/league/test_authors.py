@@ -12,12 +12,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from experiments import with_vrg
 
-from tests.command_line import Vrg, with_vrg
-from tests.planted import check_unknown
-from tests.requirements import missing as lacking
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.syscalls import ARCHITECTURES
+from vrg.testing.command_line import Vrg
+from vrg.testing.processes.sealed import check_unknown
+from vrg.testing.requirements import missing as lacking
 from vrg_league.league import author_process
 from vrg_league.league.authors import read_authors
 

@@ -11,8 +11,9 @@ from types import ModuleType, SimpleNamespace
 from typing import Any, ClassVar
 
 import pytest
+from experiments import with_vrg
 
-from tests.command_line import Vrg, with_vrg
+from vrg.testing.command_line import Vrg
 
 ARENA = Path(__file__).parents[4] / "examples" / "codeclash" / "vrg_arena.py"
 STILL = (

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from tests.outside.package.toys.kiwi import KIWI
 from vrg.hal.models import robot_model
 from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box
 from vrg.regions import Circle, Rectangle
+from vrg.testing.omni import OMNI
 from vrg.types import Pose, Twist
 from vrg_learn.batch import motion
 from vrg_learn.compiled import compiled
@@ -78,4 +78,4 @@ def test_machine_code_does_what_python_does() -> None:
 
 def test_a_robot_that_drives_sideways_is_refused() -> None:
     with pytest.raises(ValueError, match="cannot drive sideways"):
-        motion.robots([KIWI], 1)
+        motion.robots([OMNI], 1)

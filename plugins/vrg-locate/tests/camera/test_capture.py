@@ -7,8 +7,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from tests.system.harness import wait_until
 from vrg.errors import ConfigError
+from vrg.testing.waiting import wait_until
 from vrg_locate import stream
 from vrg_locate.camera import capture, cv2
 from vrg_locate.camera.capture import PictureStream, TagStream

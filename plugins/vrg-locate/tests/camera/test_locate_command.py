@@ -9,9 +9,9 @@ import pytest
 from click.testing import Result
 
 from camera.scenes import LENS, boards_held_up, looking, tags_on_field
-from tests.command_line import invoke
 from vrg.errors import ConfigError
 from vrg.games import GAMES
+from vrg.testing.command_line import invoke
 from vrg.types import Pose
 from vrg_locate.camera import cv2
 from vrg_locate.camera.calibration import CameraFile, LensTable, camera_text, load_camera

@@ -10,8 +10,6 @@ import pytest
 from pydantic import ValidationError
 
 from camera.scenes import LENS, looking, sheet_at, tags_on_field
-from tests.localisation.bench import FakeFeed, SourceBench
-from tests.tiny import TINY
 from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
@@ -19,6 +17,8 @@ from vrg.geometry import compose
 from vrg.localisation.source import read_source
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.sources import FakeFeed, SourceBench
+from vrg.testing.tiny import TINY
 from vrg.types import Pose
 from vrg_locate.camera import cv2
 from vrg_locate.camera import source as module

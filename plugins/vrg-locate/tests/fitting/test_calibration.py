@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hal.omni import OMNI
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.models import robot_model
 from vrg.hal.models.drivetrain import Drivetrain
+from vrg.testing.omni import OMNI
 from vrg.types import Twist
 from vrg_locate.fitting.calibration import fitted
 

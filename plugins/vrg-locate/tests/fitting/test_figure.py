@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.tiny import TINY_CAN
 from vrg.config.loading import read_match
 from vrg.errors import ConfigError
+from vrg.testing.tiny import TINY_CAN
 from vrg_locate.figure import figure_match
 from vrg_locate.fitting.likeness import Likeness
 from vrg_locate.fitting.report import Findings, doubt_of

@@ -8,18 +8,41 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.command_line import invoke
-from tests.playing.test_located import located
-from tests.runs.test_keeping import match  # noqa: F401 - a fixture
-from tests.tiny import TINY_CAN
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import load_calibration
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.command_line import invoke
+from vrg.testing.tiny import TINY, TINY_CAN, located
 from vrg_locate.fitting.report import Findings
 from vrg_locate.fitting.response import Fitted, Response
 from vrg_locate.robots import fitted_match
+
+STRATEGY = """
+from vrg.agents import Strategy, Twist
+
+
+class Mine(Strategy):
+    def act(self, view):
+        return Twist(v=0.0, w=0.0)
+"""
+
+
+@pytest.fixture
+def match(tmp_path: Path) -> Path:
+    """A match file that names a strategy and a map in another folder, and a strategy beside it."""
+    mine, other = tmp_path / "mine", tmp_path / "other"
+    for folder in (mine, other):
+        folder.mkdir()
+        (folder / "kept_strategy.py").write_text(STRATEGY)
+    bounds = "{ x_min = -50.0, y_min = -50.0, x_max = 50.0, y_max = 50.0 }"
+    (other / "yard.toml").write_text(f'name = "yard"\nbounds = {bounds}\n')
+    text = TINY.replace('map = "open"', 'map = "../other/yard.toml"')
+    for player, strategy in (("ann", "kept_strategy.py:Mine"), ("bob", f"{other}/kept_strategy.py:Mine")):
+        text = text.replace(f'name = "{player}"', f'name = "{player}"\nstrategy = "{strategy}"')
+    (mine / "match.toml").write_text(text)
+    return mine / "match.toml"
 
 
 def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_path: Path) -> None:
@@ -86,7 +109,7 @@ def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monke
     assert 'expected `localisation = "fusion"` at ann' in str(refused.exception)
 
 
-def test_a_fitted_match_is_the_one_that_was_played_with_the_files_that_were_kept(match: Path, tmp_path: Path) -> None:  # noqa: F811
+def test_a_fitted_match_is_the_one_that_was_played_with_the_files_that_were_kept(match: Path, tmp_path: Path) -> None:
     setup, folder = load_match(match), RunFolder(tmp_path / "run")
     folder.prepare()
     keep(setup, folder)

@@ -10,12 +10,12 @@ from dataclasses import replace
 import pytest
 
 from league.league import tracker_packet, vision_packet
-from tests.localisation.bench import KEYS, context_of, say_time
-from tests.system.harness import wait_until
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.errors import LaunchError
+from vrg.testing.sources import KEYS, context_of, say_time
+from vrg.testing.waiting import wait_until
 from vrg.types import Pose
 from vrg_locate.ssl.packets import Seen, SeenRobot
 from vrg_locate.ssl.source import SslSettings, SslSource

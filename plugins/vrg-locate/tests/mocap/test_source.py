@@ -8,13 +8,13 @@ from pydantic import ValidationError
 
 from mocap.natnet import Server, Shown
 from mocap.test_tracking import body
-from tests.localisation.bench import HERE, FakeFeed, SourceBench
-from tests.system.harness import wait_until
 from vrg.bus.messages import Fix
 from vrg.bus.node import Tick
 from vrg.errors import ConfigError
 from vrg.geometry import compose
 from vrg.localisation.source import read_source
+from vrg.testing.sources import HERE, FakeFeed, SourceBench
+from vrg.testing.waiting import wait_until
 from vrg.types import Pose
 from vrg_locate.mocap import source as module
 from vrg_locate.mocap.frames import Body, Frame

@@ -12,7 +12,7 @@ import pytest
 
 from mocap.natnet import Server, Shown
 from mocap.vrpn import Trackers
-from tests.system.harness import wait_until
+from vrg.testing.waiting import wait_until
 from vrg_locate import stream as streams
 from vrg_locate.mocap import stream as module
 from vrg_locate.mocap.frames import Frame, Request, Trouble, encode, read

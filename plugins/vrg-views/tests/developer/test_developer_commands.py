@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from tests.command_line import invoke, play_options
 from vrg.commands import page as commands
 from vrg.commands.groups import MatchOptions, PlayOptions
 from vrg.commands.page import print_links
 from vrg.kinds import WEB
+from vrg.testing.command_line import invoke, play_options
 from vrg.ui.web.admission import Admission, admission, read_admission
 from vrg_views.developer.command import developer
 

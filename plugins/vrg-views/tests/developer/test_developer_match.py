@@ -5,8 +5,9 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.chromium import Visitor, chromium
-from tests.system.harness import MINNOWS, Match, long_match, wait_until
+from vrg.testing.processes.match import MINNOWS, Match, long_match
+from vrg.testing.views.browser import Visitor, chromium
+from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 from heard import Bench
 
-from tests.chromium import LAYOUT, SIZES, Visitor
+from vrg.testing.views.browser import LAYOUT, SIZES, Visitor
 from vrg.ui.web import parts
 from vrg.ui.web.drawers import Drawer
 from vrg.ui.web.gallery import PRIVATE

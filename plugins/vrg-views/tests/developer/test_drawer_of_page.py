@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from tests.ui import synthetic
-from tests.ui.web.test_node import Audience
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
+from vrg.testing.views import synthetic
+from vrg.testing.views.viewers import Viewers
 from vrg.ui.web.drawers import DRAWERS
 from vrg.ui.web.node import WebNode
 from vrg.ui.web.requests import Inspect
@@ -39,12 +39,12 @@ def bus() -> Bus:
 
 
 @pytest.fixture
-def audience() -> Audience:
-    return Audience()
+def audience() -> Viewers:
+    return Viewers()
 
 
 @pytest.fixture
-def node(keys: Keys, audience: Audience, bus: Bus) -> WebNode:
+def node(keys: Keys, audience: Viewers, bus: Bus) -> WebNode:
     """A page with the drawer, of which an installed package tells."""
     on = SimpleNamespace(setup=SimpleNamespace(keys=keys, players=[]), join=lambda: bus, official=True)
     content = DRAWERS.get("details").content(on)
@@ -53,7 +53,7 @@ def node(keys: Keys, audience: Audience, bus: Bus) -> WebNode:
 
 
 def test_it_has_a_row_for_each_player_and_what_is_told_of_the_one_that_is_selected(
-    node: WebNode, keys: Keys, audience: Audience
+    node: WebNode, keys: Keys, audience: Viewers
 ) -> None:
     match = synthetic.Match(keys)
     audience.inspected = frozenset({Inspect(drawer="details"), Inspect(drawer="details", player="nemo")})
@@ -66,7 +66,7 @@ def test_it_has_a_row_for_each_player_and_what_is_told_of_the_one_that_is_select
 
 
 def test_it_listens_to_everything_only_while_somebody_wants_details(
-    node: WebNode, keys: Keys, audience: Audience, bus: Bus
+    node: WebNode, keys: Keys, audience: Viewers, bus: Bus
 ) -> None:
     match = synthetic.Match(keys)
     for number, (wanted, watched) in enumerate([((), True), (("",), True), (("",), True), ((), False)]):

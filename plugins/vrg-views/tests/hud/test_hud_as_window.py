@@ -4,10 +4,10 @@ from typing import Any
 
 from displays import GROUND, ROBOT
 
-from tests.ui import synthetic
-from tests.ui.window_contract import WindowContract
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
+from vrg.testing.views import synthetic
+from vrg.testing.views.window import WindowContract
 from vrg.ui.window.window_node import WindowNode
 from vrg_views.hud.node import Hud
 

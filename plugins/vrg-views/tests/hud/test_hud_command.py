@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from tests.command_line import Vrg, command_line
 from vrg.commands import show
 from vrg.commands.matches import Attached
 from vrg.config.files import HERE
@@ -16,6 +15,7 @@ from vrg.kinds import KINDS, SPECTATOR, Kind
 from vrg.launch.child import Job, job_of
 from vrg.launch.specs import seats_at, specs
 from vrg.seats.seat import Seat, SeatKind
+from vrg.testing.command_line import Vrg, command_line
 from vrg_views.hud import KIND
 
 RUN = Path("runs/here")

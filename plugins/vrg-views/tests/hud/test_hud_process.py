@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.conftest import screen
-from tests.system.harness import MINNOWS, Match, helper, long_match, wait_until
+from vrg.testing.processes.match import MINNOWS, Match, long_match
+from vrg.testing.processes.programs import helper, screen
+from vrg.testing.waiting import wait_until
 from vrg.ui.window.window import GONE
 
 pytestmark = pytest.mark.system
@@ -17,10 +18,11 @@ def test_a_display_drives_by_its_seat_and_the_match_goes_on_without_its_screen(
 ) -> None:
     match = start(long_match("seen"), seats=True)
     observer, log = match.observer, tmp_path / "hud.log"
+    program = Path(__file__).with_name("window_process.py")
     where = ("hud", match.endpoint, str(match.run.path), "ann", str(match.seats))
 
     def drive_and_lose_the_screen() -> None:
-        with screen() as (display, server), helper("window_process", *where, log=log, display=display) as hud:
+        with screen() as (display, server), helper(program, *where, log=log, display=display) as hud:
             pulses = observer.heard.pulses
             heard = pulses["hud/ann"]
             observer.wait_until(lambda: pulses["hud/ann"] > heard + 2, "the window")

@@ -4,7 +4,6 @@ import math
 
 from displays import GROUND, KEYS
 
-from tests.outside.conftest import installed
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
@@ -14,18 +13,16 @@ from vrg.types import Pose
 from vrg_views.hud.dashboard import Line, status
 from vrg_views.hud.node import Hud
 
-__all__ = ["installed"]
 
-
-def test_its_reading_stands_on_the_display_of_its_player(installed: None) -> None:
+def test_its_reading_stands_on_the_display_of_its_player(needle: None) -> None:
     display = Hud(
-        "ann", Mailbox(), KEYS, team="red", robot=MODELS.get("Scout"), start=Pose(0.0, 0.0, 0.0), ground=GROUND
+        "ann", Mailbox(), KEYS, team="red", robot=MODELS.get("Pathfinder"), start=Pose(0.0, 0.0, 0.0), ground=GROUND
     )
-    message = message_class("compass")
+    message = message_class("needle")
     assert message is not None
     try:
         display.tick(Tick(1.0))
-        assert Line("COMPASS", "no reading yet") in status(display.board)
+        assert Line("NEEDLE", "no reading yet") in status(display.board)
         body = message(heading=math.pi / 2)
         topic = KEYS.sensor(type(body), "ann", "main")
         for inlet in display.mailbox.inlets:
@@ -33,6 +30,6 @@ def test_its_reading_stands_on_the_display_of_its_player(installed: None) -> Non
                 inlet.offer(Received(topic.key, 1.0, 0, body))
         display.mailbox.handover(1.1)
         display.tick(Tick(1.1))
-        assert Line("COMPASS", "90° from east") in status(display.board)
+        assert Line("NEEDLE", "90° from east") in status(display.board)
     finally:
         display.stop()

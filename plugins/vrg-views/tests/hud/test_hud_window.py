@@ -24,7 +24,6 @@ from displays import (
     topic_of,
 )
 
-from tests.ui.virtual_pad import VirtualPad
 from vrg.bus import messages as m
 from vrg.bus.access import hears, lines, speaks
 from vrg.bus.codec import Received
@@ -34,6 +33,7 @@ from vrg.bus.pacing import LEASE
 from vrg.bus.topics import key_matches
 from vrg.colours import Rgb
 from vrg.seats.seat import Roster, Seat, SeatKind
+from vrg.testing.views.virtual_pad import VirtualPad
 from vrg.types import Pose, Twist
 from vrg.ui import palette
 from vrg.ui.acts import Act

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from odrive_can.odrive import DriveError, ODriveCAN
 from odrive_can.utils import get_dbc
 
-from tests.hal.can.live import PATIENCE, LiveDrives
-from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
+from vrg.testing.can.live import PATIENCE, LiveDrives
+from vrg.testing.can.vcan import INTERFACE, VCAN
 
 DBC = get_dbc()
 f32 = st.floats(-1e6, 1e6, width=32)

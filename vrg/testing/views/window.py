@@ -10,14 +10,14 @@ from typing import Any
 import pygame
 import pytest
 
-from tests.ui import synthetic
-from tests.ui.virtual_pad import UNKNOWN, VirtualPad
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE
 from vrg.bus.topics import Keys
 from vrg.hal.sensors.ins import Ins
+from vrg.testing.views import synthetic
+from vrg.testing.views.virtual_pad import UNKNOWN, VirtualPad
 from vrg.ui.acts import Act, Press
 from vrg.ui.banner import banners
 from vrg.ui.driving import SILENCE, SLOW
@@ -75,11 +75,13 @@ class Bench:
         return [body for body in bodies if not isinstance(body, m.CameraRequest)]
 
     def down(self, key: int, times: int = 1, mod: int = 0) -> list[Any]:
+        """Press a key so many times; what the window then published."""
         for _ in range(times):
             pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=mod))
         return self.tick()
 
     def up(self, key: int) -> list[Any]:
+        """Let go of a key; what the window then published."""
         pygame.event.post(pygame.event.Event(pygame.KEYUP, key=key, mod=0))
         return self.tick()
 
@@ -93,6 +95,7 @@ class Bench:
 
 
 def lent(said: list[Any]) -> list[m.Manual]:
+    """The commands of a person among what was published."""
     return [body for body in said if isinstance(body, m.Manual)]
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import psutil
 
-from tests.requirements import missing as lacking
 from vrg.launch.sandbox.seal import missing
+from vrg.testing.requirements import missing as lacking
 
 STUCK = """
 import time

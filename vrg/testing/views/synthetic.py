@@ -202,13 +202,13 @@ class Match:
         """One tick of the node at `time`, with everything that was said at that instant."""
         keys, mailbox = self.keys, node.mailbox
         clock = m.Clock(time=time, tick=number, epoch=0, rate=1.0, estop=bool(changes.get("estop", False)))
-        self.say(mailbox, keys.clock, clock, time, number)  # type: ignore[arg-type]
-        self.say(mailbox, keys.poses, poses(time), time, number)  # type: ignore[arg-type]
-        self.say(mailbox, keys.referee_state, state(time, **changes), time, number)  # type: ignore[arg-type]
+        self.say(mailbox, keys.clock, clock, time, number)
+        self.say(mailbox, keys.poses, poses(time), time, number)
+        self.say(mailbox, keys.referee_state, state(time, **changes), time, number)
         for call in calls(time):
             if time - node.period < call.clock <= time:
-                self.say(mailbox, keys.referee_event, call, time, call.number)  # type: ignore[arg-type]
+                self.say(mailbox, keys.referee_event, call, time, call.number)
         for name in NAMES:
-            self.say(mailbox, keys.report(name), report(name), time, number)  # type: ignore[arg-type]
+            self.say(mailbox, keys.report(name), report(name), time, number)
         mailbox.handover(time)
         node.tick(Tick(time))

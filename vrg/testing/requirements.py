@@ -9,7 +9,7 @@ CI = bool(os.environ.get("CI"))
 
 
 def missing(what: str) -> NoReturn:
-    """Skip for want of something on this machine; CI has everything, so there it is an error."""
+    """Skip for want of something on this machine; where `CI` is set, which has everything, fail."""
     if CI:
         pytest.fail(f"CI must have it: {what}")
     pytest.skip(what)

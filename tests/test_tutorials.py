@@ -1,4 +1,4 @@
-"""docs/first-player.md, and the class of this plug-in's README.md: every command in them runs, and does what it says.
+"""docs/first-player.md, and the class of vrg-league's README.md: every command in them runs, and does what it says.
 
 A comparison and a tournament play two games of each pairing here, as what they find is in the pages.
 """
@@ -20,7 +20,7 @@ from vrg.templates import filled
 
 PATIENCE = 300.0
 """The real time in s that a command may take."""
-FIRST, TOURNAMENTS = ROOT / "docs" / "first-player.md", Path(__file__).parents[1] / "README.md"
+FIRST, TOURNAMENTS = ROOT / "docs" / "first-player.md", ROOT / "plugins" / "vrg-league" / "README.md"
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 

@@ -3,9 +3,9 @@
 import threading
 import time
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any
 
 from vrg.bus import messages as m
 from vrg.bus.access import may_publish
@@ -15,8 +15,6 @@ from vrg.bus.session import Session
 from vrg.bus.topics import Keys, name_in
 from vrg.coordinator.attendance import ABSENCE_TIMEOUT as AWAY
 from vrg.errors import MessageError
-
-T = TypeVar("T", bound=m.Message)
 
 PATIENCE = 30.0
 """s of match time, at rate 1, while the clock goes on, and s of real time in which no clock is heard.
@@ -307,14 +305,6 @@ class Observer:
         out = self._mailbox.collect()
         assert self._session.wait_for_listener(self.keys.official.key, self.keys.official.qos, PATIENCE)
         self._session.send(out)
-
-
-def takeover(messages: Sequence[Received[T]]) -> int | None:
-    """The index of the first message that the newest sender sent; None while there is one sender only."""
-    if not messages:
-        return None
-    first = next(i for i, message in enumerate(messages) if message.sender == messages[-1].sender)
-    return first or None
 
 
 def at_rest(body: m.Body) -> bool:

@@ -1,8 +1,16 @@
-"""What happens to files: a power cut, a disk that rots, somebody who edits them. Mutants of their content, by seeds."""
+"""What happens to files: a power cut, a disk that rots, somebody who edits them. Mutants of their content, by seeds.
 
+Whoever reads a file of others refuses in words what is wrong with it: `check_refused` and `check_no_file`.
+"""
+
+import contextlib
+import os
 import random
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from vrg.errors import VrgError
 
 Damage = Callable[[random.Random, bytes], bytes]
 
@@ -79,3 +87,33 @@ def mutants(content: bytes, count: int, seed: int = 0) -> Iterator[tuple[str, by
 def deep(content: bytes) -> bytes:
     """As JSON or TOML: 200,000 brackets within one another."""
     return b"[" * 200_000 if content[:1] in b"{[" else b"a = " + b"[" * 200_000
+
+
+def check_refused(read: Callable[[Path], object], file: Path, whole: bytes, count: int) -> None:
+    """Check that what reads a file reads its mutants, too, or refuses them in words.
+
+    Args:
+        file: where they are written. whole: its content. count: the number of mutants.
+    """
+    for what, content in [*mutants(whole, count), ("deep", deep(whole))]:
+        file.write_bytes(content)
+        try:
+            read(file)
+        except (VrgError, OSError):
+            continue
+        except Exception as error:
+            raise AssertionError(f"{file.name}, {what}: {content[:300]!r}") from error
+
+
+def check_no_file(read: Callable[[Path], object], place: Path, name: str) -> None:
+    """Check that what reads a file of this name waits for no pipe, reads no endless device, and survives a folder.
+
+    Args:
+        place: an empty folder.
+    """
+    for make in (os.mkfifo, lambda path: path.symlink_to("/dev/zero"), lambda path: path.mkdir()):
+        folder = place / str(len(list(place.iterdir())))
+        folder.mkdir()
+        make(folder / name)
+        with contextlib.suppress(VrgError, OSError):
+            read(folder / name)

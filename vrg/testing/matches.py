@@ -3,26 +3,26 @@
 from pathlib import Path
 from typing import Any
 
-from tests.tiny import TINY
 from vrg.bus.messages import Call
 from vrg.bus.node import Node
 from vrg.config.loading import load_match
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.coordinator.journal import read_journal
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import Ending, play
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.tiny import TINY
 
 
-def written(folder: Path, text: str = TINY, **overrides: Any) -> MatchSetup:
+def written(folder: Path, text: str = TINY, **overrides: Any) -> CheckedMatch:
     """The match of a file with this text."""
     (folder / "match.toml").write_text(text, encoding="utf-8")
     return load_match(folder / "match.toml", **overrides)
 
 
 def played(
-    setup: MatchSetup, folder: Path, *watchers: Node, recorded: bool = False, **options: Any
+    setup: CheckedMatch, folder: Path, *watchers: Node, recorded: bool = False, **options: Any
 ) -> tuple[Ending, RunFolder]:
     """Play a match: how it ended, and its run folder."""
     run = RunFolder(folder)

@@ -10,62 +10,31 @@ import os
 import signal
 import subprocess
 import sys
-import threading
-import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 import psutil
-import zenoh
 
-from tests.system.observer import Observer
-from tests.vcan import UDP
-from vrg.bus.configuration import client_settings
 from vrg.bus.messages import Stage
-from vrg.bus.session import configuration, open_session
+from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.hal.can.link import Link
-from vrg.hal.sensors.ins import Ins
-from vrg.hal.sensors.odometry import Odometry
-from vrg.hal.sensors.touch import Touch
 from vrg.launch.child import job_of
 from vrg.runs.run_folder import RunFolder
 from vrg.seats.credentials import find_credentials
 from vrg.seats.seat import Seat, SeatKind
+from vrg.testing.can.vcan import UDP
+from vrg.testing.processes.observer import Observer
+from vrg.testing.processes.programs import SCREENS
+from vrg.testing.waiting import DEADLINE, wait_until
 
 FRESH_FOR = 90.0
 """s of play after which a shared match is too near its end for another test."""
 
 START_PATIENCE = 120.0
 """s for play to begin: in a kernel with one CPU, drives may answer a player only at its second start."""
-DEADLINE = 150.0
-"""s of real time for what happens outside the bus, where nothing tells how slow the machine is."""
-
-SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_AUDIODRIVER")
-"""The variables that no process inherits: tests of the windows, collected in the same run, ask SDL for no screen."""
-
 MINNOWS = ("ann", "bob", "cid")
 PLAYERS = ("shark", *MINNOWS)
-
-
-STUCK_ONCE = """
-from pathlib import Path
-
-from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
-
-HANG, MARKER = Path(__file__).with_name("hang"), Path(__file__).with_name("was_stuck")
-
-
-class Stuck(SharksAndMinnowsPlayer):
-    def act(self, view):
-        if HANG.exists():
-            HANG.rename(MARKER)
-            while True:
-                pass
-        return super().act(view)
-"""
-"""A strategy that hangs in its own code once the file `hang` is beside it."""
 
 
 def match_text(
@@ -431,74 +400,3 @@ def _lives_in(process: psutil.Process, state_home: str, runs: str) -> bool:
         outputs = [os.readlink(f"/proc/{process.pid}/fd/{number}") for number in (1, 2)]
         return process.environ().get("XDG_STATE_HOME") == state_home or any(o.startswith(runs) for o in outputs)
     return False
-
-
-def wait_until(
-    condition: Callable[[], object], what: str, alert: Callable[[], None] = lambda: None, patience: float = DEADLINE
-) -> None:
-    """Wait for something outside the bus.
-
-    Raises:
-        AssertionError: it does not come within `patience` seconds of real time.
-    """
-    deadline = time.monotonic() + patience
-    pause = threading.Event()
-    while not condition():
-        alert()
-        assert time.monotonic() < deadline, f"waited {patience:g} s for {what}"
-        pause.wait(0.02)
-
-
-@dataclass(frozen=True)
-class Helper:
-    """A program of this folder that does what lines on its standard input say; what it says is in a log."""
-
-    process: "subprocess.Popen[str]"
-    log: Path
-
-    def do(self, *lines: str) -> None:
-        """Let it do these things."""
-        print(*lines, sep="\n", file=self.process.stdin, flush=True)
-
-    def said(self) -> str:
-        """What it has said so far."""
-        return self.log.read_text(encoding="utf-8")
-
-
-@contextlib.contextmanager
-def helper(module: str, *arguments: str, log: Path, display: str = "") -> Iterator[Helper]:
-    """Run a program of this folder, with a display for its windows if it needs one, until the block ends."""
-    root = Path(__file__).parents[2]
-    paths = [str(root), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = {name: value for name, value in os.environ.items() if name not in SCREENS}
-    environment |= {"PYTHONPATH": os.pathsep.join(paths)} | ({"DISPLAY": display} if display else {})
-    command = [sys.executable, "-m", f"tests.system.{module}", *arguments]
-    with log.open("wb") as said:
-        process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT, cwd=root, env=environment, text=True
-        )
-    try:
-        yield Helper(process, log)
-    finally:
-        process.kill()
-        process.wait()
-
-
-@contextlib.contextmanager
-def raw_publisher(endpoint: str) -> Iterator[Callable[[str, bytes], None]]:
-    """Publish any bytes on any key, as a broken or foreign program might."""
-    session = zenoh.open(configuration(client_settings(endpoint)))
-    try:
-        yield session.put
-    finally:
-        session.close()  # type: ignore[no-untyped-call]
-
-
-def concrete_keys(keys: Keys, names: Sequence[str]) -> list[str]:
-    """Every key of a match that carries messages, with the robots' and players' names put in."""
-    families = [
-        keys.clock, keys.poses, keys.world_request, keys.referee_state, keys.referee_event, keys.official, keys.estop,
-    ]  # fmt: skip
-    each = [keys.drive, keys.robot_state, keys.speed_limit, keys.report, keys.manual, keys.recover, keys.placed]
-    sensors = [keys.sensor(kind, name, "main").key for kind in (Ins, Odometry, Touch) for name in names]
-    return [t.key for t in families] + [of(name).key for of in each for name in names] + sensors

@@ -1,15 +1,13 @@
 """The command line, run in the process of a test."""
 
-import os
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import fields
-from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
-from click.testing import Result
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from vrg.cli import main, make_app
 from vrg.commands.added import Added, extended
@@ -47,7 +45,8 @@ def play_options(*typed: str) -> PlayOptions:
     """The options of `vrg play` where these were typed of the ones that packages add."""
     made = extended(PlayOptions, set())
     added = {one.name: each for one in fields(made) for each in one.metadata.values() if isinstance(each, Added)}
-    return made(**{name: each.option.name in typed for name, each in added.items()})
+    chosen: dict[str, Any] = {name: each.option.name in typed for name, each in added.items()}
+    return made(**chosen)
 
 
 def invoke(*arguments: str) -> Result:
@@ -55,6 +54,12 @@ def invoke(*arguments: str) -> Result:
     return CliRunner().invoke(make_app(), arguments, env={"COLUMNS": "250"})
 
 
-def with_vrg() -> dict[str, str]:
-    """The environment variables of a shell in which `vrg` is the command of this Python."""
-    return os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', os.defpath)}"}
+def tells_of_missing(package: str, arguments: list[str]) -> None:
+    """A command without a package that it needs tells what installs it."""
+    code = f"import sys; sys.modules[{package!r}] = None; sys.argv = {['vrg', *arguments]!r}\n"
+    code += "from vrg.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert f"the package {package} is not installed" in done.stderr
+    assert "pip install 'vrg[" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -4,8 +4,8 @@ import socket
 import struct
 import sys
 
-from tests.requirements import missing
 from vrg.hal.can.link import Link
+from vrg.testing.requirements import missing
 
 INTERFACE = "vcan0"
 VCAN = Link(channel=INTERFACE)

@@ -45,16 +45,20 @@ class FakeFeed:
         self.running = False
 
     def start(self) -> None:
+        """Begin to hand over."""
         self.running = True
 
     def close(self) -> None:
+        """Stop."""
         self.running = False
 
     def take(self) -> list[Any]:
+        """What was shown since."""
         found, self.shown = self.shown, []
         return found
 
     def problem(self) -> str | None:
+        """What is wrong with it, in words, or None."""
         return self.trouble
 
 
@@ -65,12 +69,12 @@ class SourceBench:
         kind: the class that the table names. table: of the match file.
     """
 
-    def __init__(self, kind: type[Any], table: dict, name: str, *robots: str, base: Path = Path()) -> None:
+    def __init__(self, kind: type[Any], table: dict[str, Any], name: str, *robots: str, base: Path = Path()) -> None:
         found, settings = read_source(table)
-        assert found is kind
-        assert kind.sees_physical
         self.mailbox, self.now, self._number = Mailbox(), 1000.0, 0
         self.node = kind(context_of(name, settings, *robots, base=base), self.mailbox, KEYS, lambda: self.now)
+        assert found is kind
+        assert found.sees_physical
 
     def tick(self, seconds: float = 0.02, rate: float = 1.0) -> list[tuple[float, tuple[Fix, ...]]]:
         """Tick after some time, and return what is published: of each message its stamp and its fixes."""

@@ -4,7 +4,6 @@ import random
 from collections.abc import Sequence
 from typing import Any, Self
 
-from tests.vcan import INTERFACE
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Recover
@@ -19,6 +18,7 @@ from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
+from vrg.testing.can.vcan import INTERFACE
 from vrg.testing.can_robot import RATIO, adapter_of, deliver
 from vrg.testing.driver import DriverBench
 from vrg.types import Pose
@@ -151,7 +151,7 @@ class CanBench(DriverBench):
 class DeviceBench(CanBench):
     """The same robot in a match: a device around its driver, and a mailbox on which the match is heard."""
 
-    def __init__(self, protocol: str, *sides: Sequence[int], link: Link = LINK, **wiring: object) -> None:
+    def __init__(self, protocol: str, *sides: Sequence[int], link: Link = LINK, **wiring: Any) -> None:
         super().__init__(protocol, *sides, link=link, **wiring)
         self.mailbox = Mailbox()
         self.said: list[tuple[str, Message]] = []

@@ -1,19 +1,20 @@
 """Debian's Chromium without a screen, for tests of the page."""
 
+import asyncio
+import atexit
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_playwright
 
-from tests.requirements import missing
+from vrg.testing.requirements import missing
 
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-"""The flags with which it draws in three dimensions without a graphics card, slowly."""
 PATIENCE = 120_000.0
 """ms of real time for anything to happen on a page."""
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
@@ -40,18 +41,76 @@ LAYOUT = """async () => {
 """What is cut off, covers something, or takes too much room on a page."""
 
 
+class _Browsers:
+    """The browsers of this process, by their further flags, and Playwright, which takes longer to start than they do.
+
+    Playwright's event loop counts as the running one of this thread, also between its calls, and another one cannot run
+    beside it. So it counts only while somebody has a browser.
+    """
+
+    def __init__(self) -> None:
+        self._started: tuple[Playwright, asyncio.AbstractEventLoop] | None = None
+        self._browsers: dict[tuple[str, ...], Browser] = {}
+        self._wanted = 0
+
+    @contextmanager
+    def browser(self, path: str, flags: tuple[str, ...]) -> Iterator[Browser]:
+        """The one with these flags, which is started if there is none."""
+        playwright = self._running()
+        self._wanted += 1
+        try:
+            browser = self._browsers.get(flags)
+            if browser is None or not browser.is_connected():
+                browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, *flags])
+                self._browsers[flags] = browser
+            before = browser.contexts
+            yield browser
+            for context in browser.contexts:
+                if context not in before:
+                    context.close()
+        finally:
+            self._wanted -= 1
+            if not self._wanted:
+                asyncio._set_running_loop(None)
+
+    def _running(self) -> Playwright:
+        if self._started is None:
+            playwright = sync_playwright().start()
+            self._started = playwright, asyncio.get_running_loop()
+            atexit.register(self._end)
+        playwright, loop = self._started
+        asyncio._set_running_loop(loop)
+        return playwright
+
+    def _end(self) -> None:
+        playwright = self._running()
+        for browser in self._browsers.values():
+            browser.close()
+        playwright.stop()
+        asyncio._set_running_loop(None)
+
+
+_BROWSERS = _Browsers()
+
+
 @contextmanager
 def chromium(*flags: str) -> Iterator[Browser]:
-    """A browser with an empty profile; `flags` are further ones."""
+    """A browser that all tests of this process share, without a page; `flags` are further ones.
+
+    What a test opens has a context of its own, which is closed with the block at the latest.
+    """
     path = shutil.which("chromium")
     if path is None:
         missing("chromium is not installed: no browser for the page")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, *flags])
-        try:
-            yield browser
-        finally:
-            browser.close()
+    with _BROWSERS.browser(path, flags) as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """The browser, for a `conftest.py` to import; between modules of tests another event loop may run."""
+    with chromium() as found:
+        yield found
 
 
 class Visitor:

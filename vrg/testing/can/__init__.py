@@ -1,0 +1,1 @@
+"""Robots with motor controllers: emulated drives on simulated buses and on real ones, and frames that are planted."""

@@ -1,0 +1,1 @@
+"""Matches of real processes, and programs beside them."""
