@@ -22,7 +22,7 @@ from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.sandbox.seal import missing
 from vrg.playing import in_process
-from vrg.playing.apart import Strategies
+from vrg.playing.strategies import Strategies
 from vrg.runs.run_folder import RunFolder
 
 WAYS = ("one process", "lockstep", "lockstep, sealed")

@@ -124,7 +124,7 @@ TRACKER = Kind(
 )  # fmt: skip
 PLAYER = Kind(
     name="player", about="one player with its robot", seats=(SeatKind.PLAYER,),
-    begins="vrg.playing.apart:begun", node="vrg.launch.nodes.player:player", named="player", stop_order=0,
+    begins="vrg.playing.strategies:begun", node="vrg.launch.nodes.player:player", named="player", stop_order=0,
     essential=True, plays=True,
 )  # fmt: skip
 SPECTATOR = Kind(

@@ -236,3 +236,35 @@ def test_a_process_that_is_stuck_is_ended_although_an_answer_was_waiting(tmp_pat
     ours.close()
     wait_until(lambda: not psutil.pid_exists(stuck), "the process to be ended")
     assert server.wait(30.0) == 0
+
+
+OWN_FORKS = """
+import os
+import signal
+import sys
+import threading
+
+from vrg.launch.fork_server import OwnForks
+
+forks = OwnForks()
+with open(os.devnull, "wb") as log:
+    ends, killed, left = (forks.run("vrg.playing.deciding", (), log) for _ in range(3))
+ends.stream.close()
+assert ends.wait(60.0)
+threads = [threading.Thread(target=killed.kill) for _ in range(8)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert killed.wait(60.0)
+print(ends.poll(), killed.poll(), left.pid, flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a process does not end with who has forked it")
+def test_a_fork_of_a_process_ends_by_itself_by_whoever_kills_it_and_with_that_process() -> None:
+    done = subprocess.run([sys.executable, "-c", OWN_FORKS], capture_output=True, text=True, timeout=600, check=False)
+    ended, killed, left = map(int, done.stdout.split())
+    assert (ended, killed) == (0, -signal.SIGKILL), done.stderr
+    wait_until(lambda: not psutil.pid_exists(left), "the last fork to end")

@@ -98,7 +98,7 @@ BROKEN = BROKEN.replace("import Strategy, Twist", "import Action, Strategy, Twis
 
 CULPRITS = {
     "Raises": "it fails too often: ZeroDivisionError: float division by zero (broken.py, line 10, in act)",
-    "Loops": "it fails too often: DecisionTimeoutError: it was still deciding after 0.5 s (a decision may take 0.5 s)",
+    "Loops": "it fails too often: DecisionTimeoutError: it was still deciding after 1.5 s (a decision may take 1.5 s)",
     "Prints": "OutputFloodError: it has printed more than 2 MB within 10 s (broken.py, line 22, in act)",
     "Eats": "MemoryError (broken.py, line 29, in act)",
     "Nan": "it fails too often: Nan.act: expected finite numbers of m/s and rad/s, got Twist(v=nan, w=0.0)",

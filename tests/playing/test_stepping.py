@@ -31,11 +31,12 @@ from vrg.launch.remote.wire import frame
 from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.seal import missing
 from vrg.playing import apart, in_process
-from vrg.playing.apart import Strategies, StrategyHere, SubprocessStrategy
+from vrg.playing.apart import StrategyHere, SubprocessStrategy
 from vrg.playing.branch import play_branch, repeat_match
 from vrg.playing.contained import ContainedPlayer
 from vrg.playing.deciding import Decision, Failed, Ready
 from vrg.playing.in_process import Ending
+from vrg.playing.strategies import Strategies
 from vrg.runs.change import Change
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
@@ -302,6 +303,34 @@ def test_what_comes_too_late_is_forgotten_but_for_a_failure(home: Path) -> None:
         (True, "", False), (True, "", False), (False, "it is out of fuel", True)
     ]  # fmt: skip
     assert process.killed
+
+
+@pytest.mark.parametrize("in_player", [True, False])
+def test_where_it_is_not_asked_only_its_players_process_finds_that_it_hangs_or_has_ended(
+    home: Path, caplog: pytest.LogCaptureFixture, in_player: bool
+) -> None:
+    setup, now = load_match(home / "tiny.toml"), [0.0]
+    options: Any = {"sealed": False, "deadline": 0.0, "now": lambda: now[0], "in_player": in_player}
+    (home / "run" / "logs").mkdir(parents=True, exist_ok=True)
+    hanging, ended = (SubprocessStrategy(ByHand(), setup, "ann", RunFolder(home / "run"), **options) for _ in range(2))
+    hanging.send(seen(setup))
+    with pytest.raises(ForfeitError):
+        hanging.act(seen(setup))
+    assert hanging.forfeited == 1
+    assert ("is forfeited: 1 so far" in caplog.text) == in_player
+    hanging.check()
+    now[0] = BUDGET + 0.1
+    ended._process.theirs.close()  # type: ignore[attr-defined]
+    if in_player:
+        with pytest.raises(DecisionTimeoutError, match="a decision may take 5 s"):
+            hanging.check()
+        with pytest.raises(StrategyError, match="is gone: it has ended"):
+            ended.check()
+    else:
+        hanging.check()
+        ended.check()
+        hanging.close()
+        ended.close()
 
 
 def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:

@@ -139,10 +139,11 @@ def test_a_player_in_an_endless_loop_drives_no_motor_and_hears_the_emergency_sto
     assert not gone(), "the player whose strategy hangs has sent them"
     observer.wait_until(lambda: tap.standing(2, 3), "bob's motors to stand")
     assert tap.setpoints(2, stuck) == 0
-    mixed.command("estop", "--release")
-    # Its strategy is asked again only in play, and does not answer.
-    plays_on(mixed, "ann")
     mixed.wait_replaced("bob", old)
+    # Who is not there yet does not hear the release.
+    reports = len(observer.heard.reports["bob"])
+    observer.wait_until(lambda: len(observer.heard.reports["bob"]) > reports, "the new bob to report")
+    mixed.command("estop", "--release")
     plays_on(mixed, "ann", "bob")
 
 

@@ -122,6 +122,8 @@ class Player(Node):
         if view is not None:
             # The strategy is always asked, so that it sees every event. Its twist counts only while no human drives.
             self.drive(view, self._decision(view))
+        elif isinstance(self._strategy, RemoteStrategy):
+            self._strategy.check()
         self.report()
         self._telling.count(tick.time)
 
@@ -203,7 +205,8 @@ class Player(Node):
 
     def counted(self) -> dict[str, Any]:
         """The messages that came over the radio, counted by team mate."""
-        return {"radio": self._telling.counted()}
+        forfeited = self._strategy.forfeited if isinstance(self._strategy, RemoteStrategy) else 0
+        return {"radio": self._telling.counted(), **({"forfeited": forfeited} if forfeited else {})}
 
     def stop(self) -> None:
         """Stop the robot and close its device."""

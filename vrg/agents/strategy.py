@@ -134,11 +134,24 @@ class ForfeitError(Exception):
 
 
 class RemoteStrategy(Strategy):
-    """A strategy that decides elsewhere, while others do. `act` waits for its answer to the view that was sent."""
+    """A strategy that decides elsewhere, while others do. `act` waits for its answer to the view that was sent.
+
+    Attributes:
+        forfeited: how many decisions it has forfeited.
+    """
+
+    forfeited = 0
 
     @abstractmethod
     def send(self, view: View) -> None:
         """Send the view of which `act` will be called next."""
+
+    def check(self) -> None:
+        """Look whether it can still decide, in a tick in which it is not asked, as in a halt.
+
+        Raises:
+            StrategyError: it has ended. DecisionTimeoutError: it does not come to the end of its last decision.
+        """
 
     def close(self) -> None:
         """End what decides. Idempotent."""

@@ -15,6 +15,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -359,14 +360,19 @@ def _readable(file: int | socket.socket, patience: float) -> bool:
 
 
 class _OwnFork(Child):
-    """A fork of this process. When it ends, its group does."""
+    """A fork of this process, which any thread may look at. When it ends, its group does."""
 
     def __init__(self, pid: int, stream: socket.socket) -> None:
         super().__init__(pid, stream)
         self._status: int | None = None
+        self._looking = threading.RLock()
 
     def poll(self) -> int | None:
         """The exit status; None while it runs."""
+        with self._looking:
+            return self._poll()
+
+    def _poll(self) -> int | None:
         if self._status is None:
             # As long as it is not buried, its group's number belongs to no other.
             ended = os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
@@ -377,13 +383,15 @@ class _OwnFork(Child):
 
     def send_signal(self, number: int) -> None:
         """Send it a signal, if it still runs."""
-        if self.poll() is None:
-            os.kill(self.pid, number)
+        with self._looking:  # nobody buries it meanwhile
+            if self._poll() is None:
+                os.kill(self.pid, number)
 
     def kill(self) -> None:
         """Kill it and its whole group, if it still runs."""
-        if self.poll() is None:
-            end_group(self.pid)
+        with self._looking:
+            if self._poll() is None:
+                end_group(self.pid)
 
 
 class Spawned(Child):

@@ -35,7 +35,7 @@ PRELOADED = (
     "vrg.launch.nodes.player",
     "vrg.bus.session",
     "vrg.hal.sim.driver",
-    "vrg.playing.apart",
+    "vrg.playing.strategies",
 )
 """The modules that most nodes of a match need, but none that start threads, such as numpy."""
 ORPHANED = 12.0

@@ -15,6 +15,7 @@ from vrg.launch import child
 from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.pulses import Progress
+from vrg.launch.sandbox.excess import proc_text
 from vrg.launch.strikes import Strikes
 from vrg.system import POSIX
 
@@ -94,7 +95,7 @@ class ManagedProcess:
         self._progress = Progress(0.0)
         self._log_begins = 0
         self._starts = 0
-        self._measured: psutil.Process | None = None
+        self._measured: dict[int, psutil.Process | None] = {}
         self._process: Child | None = None
 
     @property
@@ -154,12 +155,18 @@ class ManagedProcess:
 
     @property
     def memory(self) -> int:
-        """The memory that it uses, bytes; 0 if it does not run."""
-        pid = self.pid
-        try:
-            return 0 if pid is None else int(psutil.Process(pid).memory_info().rss)
-        except psutil.Error:
-            return 0
+        """The memory that it and its strategy use, bytes; 0 if it does not run."""
+        used = 0
+        for pid in self._family():
+            with contextlib.suppress(psutil.Error):
+                used += int(psutil.Process(pid).memory_info().rss)
+        return used
+
+    def _family(self) -> list[int]:
+        """The process ids of the child and of what its main thread has started; none if it does not run."""
+        if (pid := self.pid) is None:
+            return []
+        return [pid, *map(int, proc_text(pid, f"task/{pid}/children").split())]
 
     def status(self, machine: str) -> ProcessStatus:
         """Its status, on a machine of this name."""
@@ -171,19 +178,21 @@ class ManagedProcess:
             state=state,
             node=self.spec.node,
             pid=pid,
-            cpu=0.0 if pid is None else self._load(pid),
+            cpu=self._load(),
             memory=self.memory,
             restarts=max(0, self._starts - 1),
         )
 
-    def _load(self, pid: int) -> float:
-        """The part of a processor core that it has used since the last call; 0.0 at the first."""
-        try:
-            if self._measured is None or self._measured.pid != pid:
-                self._measured = psutil.Process(pid)
-            return round(float(self._measured.cpu_percent()) / 100, 3)
-        except psutil.Error:
-            return 0.0
+    def _load(self) -> float:
+        """The part of a processor core that it and its strategy have used since the last call; 0.0 at the first."""
+        family = self._family()
+        self._measured = {pid: self._measured.get(pid) for pid in family}
+        load = 0.0
+        for pid, before in self._measured.items():
+            with contextlib.suppress(psutil.Error):
+                self._measured[pid] = process = before or psutil.Process(pid)
+                load += float(process.cpu_percent())
+        return round(load / 100, 3)
 
     def play(self, arguments: tuple[str, ...]) -> None:
         """Start the child, which has ended, with other arguments, as one that has never failed.

@@ -11,6 +11,8 @@ from typing import IO
 from vrg.blame import is_students, place_text
 from vrg.types import printable
 
+LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+"""The lines of what a process logs, as `logging` has it; `_WARNING` reads them."""
 MAX_LOG_SIZE = 5_000_000
 """The size in bytes above which a log is moved to one with the ending `.1`, and begins anew."""
 FLOOD_SIZE = 20_000_000

@@ -23,6 +23,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import HangError
 from vrg.kinds import ROUTER, Kind
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
+from vrg.launch.process_log import LOG_FORMAT
 from vrg.registry import load_object
 from vrg.runs.run_folder import RunFolder
 from vrg.seats.credentials import find_credentials, is_official
@@ -177,7 +178,7 @@ def child_process(leash: bool, *, quiet: bool = False) -> Iterator[Stop]:
         quiet: True logs only warnings.
     """
     level = logging.WARNING if quiet else logging.INFO
-    logging.basicConfig(level=level, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    logging.basicConfig(level=level, format=LOG_FORMAT)
     # zenoh's threads wait for the interpreter's lock, so it must be released sooner than after the default 5 ms.
     sys.setswitchinterval(1e-3)
     with stop_on_signals() as stop:

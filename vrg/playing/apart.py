@@ -1,4 +1,4 @@
-"""The strategies that decide in processes of their own, and which of a match do.
+"""Strategies that decide in processes of their own: the side of the match.
 
 A fork server that knows nothing of the match forks a process for each of these (`vrg.playing.deciding`); over processes
 that of its player does, before it has a thread, a session, keys or a driver. So the memory of such a process has
@@ -10,15 +10,15 @@ own, it is missed again.
 """
 
 import contextlib
+import logging
+import math
 import os
 import pickle
 import signal
-import sys
 import threading
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,23 +30,23 @@ from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError, MessageError, StrategyError
 from vrg.hal.models import RobotModel
-from vrg.launch.fork_server import ForkServer, OwnForks
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.process_log import ProcessLog
-from vrg.launch.pulses import Progress
+from vrg.launch.pulses import BUSY_TIMEOUT, Progress
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.wire import BANNER, Frames
 from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.excess import excess
-from vrg.launch.sandbox.seal import check_able
 from vrg.playing import deciding
 from vrg.playing.deciding import Answer, Assignment, Decision, Failed
 from vrg.playing.elsewhere import assignment_elsewhere
-from vrg.runs.run_folder import RunFolder, scratch_folder
-from vrg.runs.step_log import Line, Missed, Unmade
+from vrg.runs.run_folder import RunFolder
+from vrg.runs.step_log import Line, Missed
 from vrg.system import POSIX
 from vrg.types import Twist
+
+log = logging.getLogger(__name__)
 
 DEADLINE: Final = 1.0
 """The real time in s after which a player that does not answer forfeits a step."""
@@ -56,13 +56,19 @@ _LOOK = 0.2
 """The real time in s between two looks at a strategy that is being made."""
 _SELDOM = 5
 """The looks between two of which at what it keeps, once it has been made."""
+_LEAVE = 0.5
+"""The real time in s in which a process that decides nothing may end by itself."""
+_TELL = 10.0
+"""The real time in s between two words about decisions that are forfeited."""
 _END = 2.0
 """The real time in s within which a process that was killed has ended."""
 _GREETING = 100_000
 """The number of bytes that a login shell on another machine may print before."""
 
-_Past = Mapping[float, Missed]
-_Write = Callable[[Line], None]
+Past = Mapping[float, Missed]
+"""What a player has missed when the match was played before, by the match time in s."""
+Write = Callable[[Line], None]
+"""Notes what a player misses."""
 
 
 class SteppedStrategy(RemoteStrategy):
@@ -72,7 +78,7 @@ class SteppedStrategy(RemoteStrategy):
         past: what it has missed, by the match time in s. write: notes what it misses.
     """
 
-    def __init__(self, name: str, robot: RobotModel, past: _Past, write: _Write) -> None:
+    def __init__(self, name: str, robot: RobotModel, past: Past, write: Write) -> None:
         super().__init__(name, robot)
         self._past, self._write = past, write
         self._mode = "-"
@@ -114,7 +120,7 @@ class SteppedStrategy(RemoteStrategy):
 class StrategyHere(SteppedStrategy):
     """A strategy in this process, of a match in which it has missed steps."""
 
-    def __init__(self, strategy: Strategy, past: _Past, write: _Write) -> None:
+    def __init__(self, strategy: Strategy, past: Past, write: Write) -> None:
         super().__init__(strategy.name, strategy.robot, past, write)
         self.priorities = strategy.priorities  # type: ignore[misc]
         self._strategy = strategy
@@ -151,7 +157,7 @@ class SubprocessStrategy(SteppedStrategy):
         server: forks its process. machine: the name of the machine on which it decides.
         sealed: False does not seal it. pinned: True gives it one processor core, behind others on it.
         keys: the folder of the keys of the match's seats, of which it is to see nothing; None in a match without them.
-        shares_output: True lets it print where this process does, and not to its log.
+        in_player: True in the process of its player: it prints and logs where that does, and what is forfeited is told.
         make: False only imports the class of the strategy, which then cannot decide.
         deadline: the real time in s after which it forfeits a step, which is then noted; None waits for it.
         past, write: see `SteppedStrategy`. now: returns the real time, s.
@@ -171,23 +177,24 @@ class SubprocessStrategy(SteppedStrategy):
         sealed: bool,
         pinned: bool = False,
         keys: Path | None = None,
-        shares_output: bool = False,
+        in_player: bool = False,
         machine: str = HERE,
         make: bool = True,
         deadline: float | None = None,
-        past: _Past | None = None,
-        write: _Write = lambda _: None,
+        past: Past | None = None,
+        write: Write = lambda _: None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(name, setup.player(name).robot, past or {}, write)
         self._deadline, self._now = deadline, now
         self._known: RobotModel | None = None
         self._asked = self._late = False
-        self._since = 0.0
+        self._since, self._asked_where, self._told = 0.0, -math.inf, -math.inf
         self._answers: list[Answer] = []
         self._why, self._made, self._over = "", threading.Event(), threading.Event()
         self._complaint = "{}"
-        if sealed or not shares_output:
+        self._in_player = in_player
+        if sealed or not in_player:
             run.prepare()
         log = run.logs / f"{name}.log"
         self._log, self._dumped = ProcessLog(log), 0
@@ -199,8 +206,10 @@ class SubprocessStrategy(SteppedStrategy):
             self._reach(Connection(machine, setup.hosts[machine], log, "node strategy", frames), machine)
         else:
             hidden = "" if keys is None else str(keys.resolve())
-            assignment = Assignment(setup.for_player(name), name, str(run.path.resolve()), sealed, make, pinned, hidden)
-            with os.fdopen(os.dup(1), "wb") if shares_output else log.open("ab") as file:
+            assignment = Assignment(
+                setup.for_player(name), name, str(run.path.resolve()), sealed, make, pinned, hidden, logs=in_player
+            )
+            with os.fdopen(os.dup(1), "wb") if in_player else log.open("ab") as file:
                 self._process = server.run(deciding.__name__, (), file, trusted=not sealed)
             pipe = self._process.detached()
             self._channel = Channel(pipe, pipe, frames)
@@ -236,7 +245,8 @@ class SubprocessStrategy(SteppedStrategy):
 
     def _watch(self, run: Path) -> None:
         """End a process that takes too long to be made, even if it has begun to answer, or that keeps too much."""
-        looks, progress = 0, Progress(time.monotonic(), LOADING_TIME)
+        # In its player's process it is waited for as for any process.
+        looks, progress = 0, Progress(time.monotonic(), BUSY_TIMEOUT if self._in_player else LOADING_TIME)
         while not self._over.wait(_LOOK):
             looks += 1
             making = not self._made.is_set()
@@ -244,7 +254,7 @@ class SubprocessStrategy(SteppedStrategy):
             if greedy is not None:
                 self._why = f"while the strategy is made, {greedy}" if making else greedy
             elif making and (stuck := progress.stuck(self._process.pid, time.monotonic())) is not None:
-                self._why = f"the strategy, which is still being made, {stuck}: look for a loop outside of its methods"
+                self._why = f"while it is made, the strategy {stuck}: look for a loop outside of its methods"
             if self._why:
                 self._process.kill()
                 return
@@ -293,12 +303,31 @@ class SubprocessStrategy(SteppedStrategy):
         if self._now() - self._since > BUDGET:
             self.close()
             raise self._noted(view, failure=self._hangs(), hung=True).error
-        if not self._late and POSIX and not self._elsewhere:
-            self._dumped = self._log.size
+        if POSIX and not self._elsewhere and self._now() - self._asked_where > BUDGET / 2:
+            self._asked_where, self._dumped = self._now(), self._log.size
             self._process.send_signal(signal.SIGUSR1)  # its log then has the line where it is
         self._late = True
+        self._forfeited()
         self._noted(view)
         raise ForfeitError
+
+    def _forfeited(self) -> None:
+        """Count a forfeited decision, and tell of it now and then where a log of steps does not."""
+        self.forfeited += 1
+        if self._in_player and self._now() - self._told > _TELL:
+            self._told = self._now()
+            log.warning("a decision took more than %g s and is forfeited: %d so far", self._deadline, self.forfeited)
+
+    def check(self) -> None:
+        """See `RemoteStrategy.check`. In a match in steps `act` finds this out, so that a repetition has it, too."""
+        if not self._in_player:
+            return
+        if self._has_answered(0.0):
+            if not self._answers:
+                raise self._end("it has ended")
+        elif self._late and self._now() - self._since > BUDGET:
+            self.close()
+            raise DecisionTimeoutError(self._hangs())
 
     def _hangs(self) -> str:
         """That it hangs, in words, with the place where it was when it was asked last."""
@@ -369,134 +398,15 @@ class SubprocessStrategy(SteppedStrategy):
         if not self._over.is_set():
             self._over.set()
             self._channel.close()
+            if self._in_player and not self._late:
+                self._process.wait(_LEAVE)  # it may have something to do at its end
             self._process.kill()
             self._process.wait(_END)
 
     def _end(self, why: str) -> StrategyError:
         """End its process, and return why it is gone."""
+        if self._in_player and self._process.wait(_LOOK) and (status := self._process.poll()):
+            why = f"{why}, {f'by signal {-status}' if status < 0 else f'with status {status}'}"
         self._why = self._why or why
         self.close()
         return StrategyError(f"the process of the strategy is gone: {self._why}")
-
-
-def begun(setup: MatchSetup, name: str, run: RunFolder, keys: Path | None) -> SubprocessStrategy | None:
-    """The strategy of the player whose process this is, in a process of its own; None for one that is trusted.
-
-    It is called before this process has a thread, a session, keys or a driver, so that the other one has none of them.
-
-    Raises:
-        StrategyError: it cannot be imported or made. LaunchError: no process can be started.
-        SandboxError: it is to be sealed, and this machine cannot do it.
-    """
-    from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which a match in one process does not
-
-    sealed = is_sealed(setup, name, seats=keys is not None)
-    if not POSIX or not (sealed or setup.strategy_file(name) is not None):
-        return None
-    if sealed:
-        check_able()
-    # On macOS a process that has loaded the system's libraries cannot fork safely.
-    server = OwnForks() if sys.platform == "linux" else ForkServer()
-    try:
-        return SubprocessStrategy(
-            server, setup, name, run, sealed=sealed, pinned=sealed, keys=keys, shares_output=True, deadline=DEADLINE
-        )
-    except ConfigError as error:
-        raise StrategyError(str(error), final=True) from None
-    except OSError as error:
-        raise LaunchError(f"{name}: its strategy cannot be started: {error}") from error
-
-
-@dataclass(frozen=True)
-class Strategies:
-    """Makes the strategies of a match, here or in processes of their own. What was missed is missed again.
-
-    Args:
-        server: forks these processes; None lets all decide here.
-        every: True for all strategies; False for those alone that are to be sealed in a match with seats.
-        strangers: True seals all strategies of files, here, whatever the match file says: it is a stranger's as well.
-        deadline: the real time in s after which one forfeits a step, if the match was not played before; None waits.
-        run: the run folder; None without one, and then all decide here.
-        past: the log of the match when it was played before. write: adds to the log of steps.
-        now: returns the match time in s; None before the first step.
-    """
-
-    server: ForkServer | None = None
-    every: bool = False
-    strangers: bool = False
-    deadline: float | None = None
-    run: RunFolder | None = None
-    past: Sequence[Line] = ()
-    write: _Write = lambda _: None
-    now: Callable[[], float | None] = lambda: None
-    _opened: list[SubprocessStrategy] = field(default_factory=list, init=False)
-
-    def is_apart(self, setup: MatchSetup, name: str) -> bool:
-        """True if the strategy of a player decides in a process of its own."""
-        if self.server is None or self.run is None:
-            return False
-        return self.every or self._is_strangers(setup, name) or setup.sandboxed(name, seats=True)
-
-    def _is_strangers(self, setup: MatchSetup, name: str) -> bool:
-        return self.strangers and setup.strategy_file(name) is not None
-
-    def tried(self, setup: MatchSetup, name: str) -> None:
-        """Import and make the strategy of a player where it would decide, to find out whether that can be done.
-
-        Raises:
-            ConfigError: it cannot.
-        """
-        with scratch_folder() as place:
-            trial = replace(self, run=RunFolder(place))
-            trial.maker(setup, name)()
-            trial.close()
-
-    def maker(self, setup: MatchSetup, name: str) -> Callable[[], Strategy]:
-        """A function that makes the strategy of a player, for the first time or again."""
-        mine = [line for line in self.past if isinstance(line, Missed | Unmade) and line.player == name]
-        missed = {line.time: line for line in mine if isinstance(line, Missed)}
-        unmade = {line.time: line.why for line in mine if isinstance(line, Unmade)}
-
-        def make() -> Strategy:
-            now = self.now()
-            try:
-                if now is not None and (why := unmade.get(round(now, 6))) is not None:
-                    raise ConfigError(why)
-                return self._made(setup, name, missed)
-            except ConfigError as error:
-                if now is not None:
-                    self.write(Unmade(time=round(now, 6), player=name, why=str(error)))
-                raise
-
-        return make
-
-    def spent(self, setup: MatchSetup, name: str) -> Strategy:
-        """The strategy of a player whose bank of real time is spent."""
-        return SpentStrategy(name, setup.player(name).robot, {}, self.write)
-
-    def close(self) -> None:
-        """End all that decide in processes of their own. Idempotent."""
-        for strategy in self._opened:
-            strategy.close()
-
-    def _made(self, setup: MatchSetup, name: str, missed: _Past) -> Strategy:
-        """Make a strategy.
-
-        Raises:
-            ConfigError: it cannot be made.
-        """
-        if self.server is None or self.run is None or not self.is_apart(setup, name):
-            strategy = strategy_of(setup, name)
-            return StrategyHere(strategy, missed, self.write) if missed else strategy
-        from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
-
-        sealed = not self.every or self._is_strangers(setup, name) or is_sealed(setup, name, seats=False)
-        try:
-            made = SubprocessStrategy(
-                self.server, setup, name, self.run, sealed=sealed, deadline=None if self.past else self.deadline,
-                machine=HERE if self.strangers else setup.place.get(name, HERE), past=missed, write=self.write,
-            )  # fmt: skip
-        except (LaunchError, OSError) as error:
-            raise ConfigError(str(error)) from None
-        self._opened.append(made)
-        return made

@@ -25,8 +25,8 @@ from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
 from vrg.playing import in_process
-from vrg.playing.apart import Strategies
 from vrg.playing.in_process import Ending
+from vrg.playing.strategies import Strategies
 from vrg.runs.change import Branch, Change, amended, branch_of, changes_in, kept, write_branch
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import ended_of, plot, write_result

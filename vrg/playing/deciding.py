@@ -6,6 +6,7 @@ too. Four bytes before each tell its length, the most significant first.
 """
 
 import contextlib
+import logging
 import os
 import pickle
 import signal
@@ -26,6 +27,7 @@ from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
+from vrg.launch.process_log import LOG_FORMAT
 from vrg.launch.sandbox.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
@@ -39,6 +41,7 @@ class Assignment(Struct, frozen=True):
         sealed: True seals the process before. make: False only imports the class.
         pinned: True gives it one processor core, behind others on it.
         keys: the path of the folder of the keys of the match's seats, of which it is to see nothing; empty for none.
+        logs: True shows what it logs, from INFO on, among what it prints.
         version: that of VRG. files: those that another machine needs, by their paths.
     """
 
@@ -49,6 +52,7 @@ class Assignment(Struct, frozen=True):
     make: bool
     pinned: bool = False
     keys: str = ""
+    logs: bool = False
     version: str = __version__
     files: Mapping[str, bytes] = {}
 
@@ -138,6 +142,8 @@ def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] 
                 strategy_class(assignment.setup.player(assignment.name).strategy, Path(assignment.setup.base))
                 pipe.send(Ready((), ""))
                 return 0
+            if assignment.logs:
+                logging.basicConfig(level=logging.INFO, format=LOG_FORMAT)
             strategy = strategy_of(assignment.setup, assignment.name)
             pipe.send(Ready(tuple(map(str, strategy.priorities)), str(strategy.complaint("{}"))))
             _answer(strategy, pipe, time)

@@ -27,8 +27,8 @@ from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.tracker import tracker_node
 from vrg.launch.nodes.world import world_node
 from vrg.launch.sandbox.bounds import DecisionAlarm, MemoryBound
-from vrg.playing.apart import Strategies
 from vrg.playing.contained import ContainedPlayer, Failure
+from vrg.playing.strategies import Strategies
 from vrg.runs.change import Change, amended
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Ended, Line, StepLog

@@ -30,7 +30,8 @@ from vrg.launch.over_processes import Launch, Show
 from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
 from vrg.playing import in_process
-from vrg.playing.apart import DEADLINE, Strategies
+from vrg.playing.apart import DEADLINE
+from vrg.playing.strategies import Strategies
 from vrg.registry import load_object, plugins
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout

@@ -78,7 +78,8 @@ def judge_folder(folder: RunFolder, setup: MatchSetup) -> Judged:
     found = sorted([*_foreign(setup, header), *wrong, *seen], key=lambda d: d.time)
     notes += unread
     if judgement.reworded:
-        notes.append(f"{judgement.reworded} calls are told in other words than this release of VRG would tell them.")
+        calls = "1 call is" if judgement.reworded == 1 else f"{judgement.reworded} calls are"
+        notes.append(f"{calls} told in other words than this release of VRG would tell them.")
     notes += [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
     return Judged(found, notes, _sentence(judgement, len(found), compared))
 

@@ -37,7 +37,7 @@ from vrg.errors import VrgError
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
-from vrg.playing.apart import Strategies
+from vrg.playing.strategies import Strategies
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.web import parts

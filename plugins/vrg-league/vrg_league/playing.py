@@ -32,8 +32,8 @@ from vrg.launch.nodes.referee import open_journal
 from vrg.launch.sandbox.seal import missing
 from vrg.launch.vacancies import disqualification
 from vrg.playing import in_process
-from vrg.playing.apart import Strategies
 from vrg.playing.branch import play_on
+from vrg.playing.strategies import Strategies
 from vrg.runs.change import branch_of
 from vrg.runs.evidenced import read_evidenced
 from vrg.runs.judged import judge_run

@@ -86,9 +86,11 @@ class Workers:
         with scratch_folder() as place, suppress(LaunchError):  # the games will tell why none can be played
             game = GameProcess(self._server, setup, setup.seed, place, TIMED)
             found = list[tuple[GameProcess, Played]]()
-            while not found and not stop.is_set() and time.monotonic() - began < _PATIENCE:
-                found = ended([game], _LOOK)
-            game.kill()
+            try:
+                while not found and not stop.is_set() and time.monotonic() - began < _PATIENCE:
+                    found = ended([game], _LOOK)
+            finally:
+                game.kill()
             if found and found[0][1].match_time:
                 return (time.monotonic() - began) * 60.0 / found[0][1].match_time
         return None

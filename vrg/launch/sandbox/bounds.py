@@ -28,8 +28,7 @@ OUTPUT_LIMIT = 2_000_000
 OUTPUT_WINDOW = 10.0
 """s"""
 BUDGET = 5.0
-"""The real time in s that a decision may take in a match in one process. In a process of its own a player that takes
-half as long is taken to hang."""
+"""The real time in s that a decision may take."""
 _STUBBORN = 5.0
 """The real time in s more after which a decision that catches every exception ends the whole process."""
 _STUCK = BUDGET + _STUBBORN + 2.0
@@ -83,7 +82,7 @@ class MemoryBound:
 
 
 class BoundedOutput:
-    """A text stream that takes so much within a while, and then then raises an exception where it is written to.
+    """A text stream that takes so much within a while, and then raises an exception where it is written to.
 
     Args:
         stream: what is written goes there, and it does everything else. now: returns the time, s.
