@@ -267,14 +267,15 @@ class ForkServer:
 
 
 class OwnForks(ForkServer):
-    """Starts processes as forks of this one, which must have one thread. They know what it knows, and end with it."""
+    """Starts processes as forks of this one, which must have one thread. They know what it knows, and end with it.
+
+    For Linux: only its kernel ends them.
+    """
 
     def run(
         self, module: str, arguments: Sequence[str], log: IO[bytes], *, forked: bool = True, trusted: bool = False
     ) -> Child:
         """Start a process; see `ForkServer.run`."""
-        if not POSIX:
-            return super().run(module, arguments, log, forked=forked, trusted=trusted)
         ours, theirs = socket.socketpair()
         with theirs:
             parent, pid = os.getpid(), os.fork()
@@ -286,11 +287,10 @@ class OwnForks(ForkServer):
 
 
 def _end_with(parent: int) -> None:
-    """Let the kernel kill this process as soon as its parent has ended. Linux only."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, ctypes.c_ulong(signal.SIGKILL))
-        if os.getppid() != parent:
-            os._exit(1)
+    """Let the kernel kill this process as soon as its parent has ended."""
+    ctypes.CDLL(None).prctl(_DEATH_SIGNAL, ctypes.c_ulong(signal.SIGKILL))
+    if os.getppid() != parent:
+        os._exit(1)
 
 
 @contextlib.contextmanager

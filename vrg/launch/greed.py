@@ -55,15 +55,14 @@ class Greed:
             if not process.spec.seat:
                 continue
             if used[pid] > 1_000_000 * (_SLACK * self._memory + _OWN):
-                why: str | None = f"it uses more than {self._memory} MB of memory"
+                why = f"it uses more than {self._memory} MB of memory"
             elif process.log.emptied:
                 why = "it has emptied its log"
             elif written > FLOOD_SIZE:
                 why = f"it has written {written // 1_000_000} MB to its log within {FLOOD_WINDOW:g} s"
             else:
-                why = None
-            if why is not None:
-                self._found.put((process, pid, why))
+                continue
+            self._found.put((process, pid, why))
 
 
 def _memory(pids: Collection[int]) -> dict[int, int]:

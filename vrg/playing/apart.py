@@ -155,9 +155,10 @@ class SubprocessStrategy(SteppedStrategy):
 
     Args:
         server: forks its process. machine: the name of the machine on which it decides.
-        sealed: False does not seal it. pinned: True gives it one processor core, behind others on it.
+        sealed: False does not seal it.
         keys: the folder of the keys of the match's seats, of which it is to see nothing; None in a match without them.
-        in_player: True in the process of its player: it prints and logs where that does, and what is forfeited is told.
+        in_player: True in the process of its player: it prints and logs where that does, what is forfeited is told, and
+            one that is sealed gets one processor core, on which it comes behind others.
         make: False only imports the class of the strategy, which then cannot decide.
         deadline: the real time in s after which it forfeits a step, which is then noted; None waits for it.
         past, write: see `SteppedStrategy`. now: returns the real time, s.
@@ -175,7 +176,6 @@ class SubprocessStrategy(SteppedStrategy):
         run: RunFolder,
         *,
         sealed: bool,
-        pinned: bool = False,
         keys: Path | None = None,
         in_player: bool = False,
         machine: str = HERE,
@@ -207,7 +207,7 @@ class SubprocessStrategy(SteppedStrategy):
         else:
             hidden = "" if keys is None else str(keys.resolve())
             assignment = Assignment(
-                setup.for_player(name), name, str(run.path.resolve()), sealed, make, pinned, hidden, logs=in_player
+                setup.for_player(name), name, str(run.path.resolve()), sealed, make, in_player, hidden
             )
             with os.fdopen(os.dup(1), "wb") if in_player else log.open("ab") as file:
                 self._process = server.run(deciding.__name__, (), file, trusted=not sealed)

@@ -39,9 +39,9 @@ class Assignment(Struct, frozen=True):
 
     Args:
         sealed: True seals the process before. make: False only imports the class.
-        pinned: True gives it one processor core, behind others on it.
+        in_player: it is that of a player's process: what it logs, from INFO on, is among what it prints, and if it is
+            sealed it gets one processor core, on which it comes behind others.
         keys: the path of the folder of the keys of the match's seats, of which it is to see nothing; empty for none.
-        logs: True shows what it logs, from INFO on, among what it prints.
         version: that of VRG. files: those that another machine needs, by their paths.
     """
 
@@ -50,9 +50,8 @@ class Assignment(Struct, frozen=True):
     run: str
     sealed: bool
     make: bool
-    pinned: bool = False
+    in_player: bool = False
     keys: str = ""
-    logs: bool = False
     version: str = __version__
     files: Mapping[str, bytes] = {}
 
@@ -130,7 +129,7 @@ def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] 
                     assignment.name,
                     run=RunFolder(Path(assignment.run)),
                     keys=keys,
-                    pinned=assignment.pinned,
+                    pinned=assignment.in_player,
                 )
             )
             tell_of_refusals(REFUSAL_ADVICE)
@@ -142,7 +141,7 @@ def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] 
                 strategy_class(assignment.setup.player(assignment.name).strategy, Path(assignment.setup.base))
                 pipe.send(Ready((), ""))
                 return 0
-            if assignment.logs:
+            if assignment.in_player:
                 logging.basicConfig(level=logging.INFO, format=LOG_FORMAT)
             strategy = strategy_of(assignment.setup, assignment.name)
             pipe.send(Ready(tuple(map(str, strategy.priorities)), str(strategy.complaint("{}"))))

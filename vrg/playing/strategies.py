@@ -37,9 +37,7 @@ def begun(setup: MatchSetup, name: str, run: RunFolder, keys: Path | None) -> Su
     # On macOS a process that has loaded the system's libraries cannot fork safely.
     server = OwnForks() if sys.platform == "linux" else ForkServer()
     try:
-        return SubprocessStrategy(
-            server, setup, name, run, sealed=sealed, pinned=sealed, keys=keys, in_player=True, deadline=DEADLINE
-        )
+        return SubprocessStrategy(server, setup, name, run, sealed=sealed, keys=keys, in_player=True, deadline=DEADLINE)
     except ConfigError as error:
         raise StrategyError(str(error), final=True) from None
     except OSError as error:
