@@ -14,27 +14,15 @@ import pytest
 import vrg
 from vrg.bus.stopping import StopSignal
 from vrg.errors import ConfigError, LaunchError
-from vrg.testing.tiny import TINY
+from vrg.testing.tiny import STILL, work_in
 
 NOTEBOOK = Path(__file__).parents[1] / "examples" / "notebook" / "first.ipynb"
-STILL = """
-from vrg.agents import Strategy, Twist
-
-
-class Still(Strategy):
-    def act(self, view):
-        return Twist(0.0, 0.0)
-"""
 
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder with a match, which is the working folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
-    (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
-    return tmp_path
+    return work_in(tmp_path, monkeypatch)
 
 
 def test_a_run_tells_what_the_match_left(here: Path) -> None:

@@ -2,7 +2,10 @@
 
 import json
 import tomllib
+from pathlib import Path
 from typing import Any
+
+import pytest
 
 TINY = """
 name = "tiny"
@@ -31,6 +34,16 @@ role = "minnow"
 x = 3.0
 y = 4.0
 """
+
+STILL = """
+from vrg.agents import Strategy, Twist
+
+
+class Still(Strategy):
+    def act(self, view):
+        return Twist(0.0, 0.0)
+"""
+"""The code of a strategy that stands."""
 
 TINY_CAN = TINY.replace(
     "[[players]]",
@@ -76,3 +89,12 @@ def forms(text: str) -> dict[str, str]:
 
 def _inline(table: dict[str, Any]) -> str:
     return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items()) + " }"
+
+
+def work_in(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Let a folder be the working folder of a test, with `tiny.toml` and `still.py`, and windows draw nothing."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    (folder / "tiny.toml").write_text(TINY, encoding="utf-8")
+    (folder / "still.py").write_text(STILL, encoding="utf-8")
+    return folder

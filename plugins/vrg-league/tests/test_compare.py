@@ -12,28 +12,15 @@ from experiments import MATCH
 import vrg
 import vrg_league
 from vrg.errors import ConfigError
-from vrg.testing.tiny import TINY
+from vrg.testing.tiny import work_in
 from vrg_league.games import GameRecord
 from vrg_league.running import Experiment
-
-STILL = """
-from vrg.agents import Strategy, Twist
-
-
-class Still(Strategy):
-    def act(self, view):
-        return Twist(0.0, 0.0)
-"""
 
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a match and a strategy that stands, which is the working folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
-    (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
-    return tmp_path
+    return work_in(tmp_path, monkeypatch)
 
 
 def test_a_comparison_tells_which_strategy_is_better(here: Path) -> None:
