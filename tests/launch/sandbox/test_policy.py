@@ -217,6 +217,7 @@ def test_a_strategy_that_is_named_as_a_module_is_hidden_and_sealed_too(tmp_path:
     match = written(tmp_path, shark="red:S", ann="blue:S")
     assert not allowed(policy(match), where, Access.READ)
     assert allowed(policy(match, "shark"), where, Access.READ)
+    assert allowed(policy(match, "shark"), tmp_path, Access.LIST), "Python finds it in a list of the folder"
     assert match.sandboxed("shark", seats=True)
 
 

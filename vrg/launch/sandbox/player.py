@@ -10,6 +10,7 @@ from pathlib import Path
 import vrg
 from vrg.config.code_files import imported, readable_parts
 from vrg.config.setup import MatchSetup, PlayerSetup
+from vrg.games import file_of
 from vrg.launch.sandbox.policy import Policy, files
 from vrg.registry import plugin_packages
 from vrg.runs.run_folder import RunFolder
@@ -36,11 +37,15 @@ def policy_of(
     secret = theirs | {path for path in vars(run).values() if path != run.path}
     needed = [code, *imported(code, theirs)] if code is not None else []
     own = [part for path in needed for part in readable_parts(path) if part not in secret]
+    # Python looks for modules in a list of a folder's files.
+    listed = [part.parent for part in own] if len(own) > 1 else []
+    listed += [code.parent] if code is not None and file_of(player.strategy) is None else []
     folder = run.of_player(name).resolve()
     # The runs beside this one have the code of all players, too.
     hidden = theirs | {run.path, run.path.parent, base / "keys", keys or base / "keys", Path(setup.origin)}
     allowed = files(
         own=own,
+        listed=listed,
         libraries=libraries(),
         hidden={path.resolve() for path in hidden},
         folder=folder,

@@ -78,6 +78,7 @@ def files(
     hidden: Collection[Path],
     folder: Path,
     entries: Callable[[Path], Iterable[Path]],
+    listed: Collection[Path] = (),
 ) -> tuple[tuple[Path, Access], ...]:
     """The access of a player to files.
 
@@ -85,14 +86,12 @@ def files(
         own: its strategy, and the files and packages that it needs. libraries: the folders of Python and its packages.
         hidden: what is in these folders and not for its eyes. One with a library in it is readable all the same.
         folder: its own folder.
-        entries: as for `readable`.
+        entries: as for `readable`. listed: the folders in which Python looks for its modules.
     """
     found = [(path, Access.READ) for path in SYSTEM]
     found += [(Path("/proc/self", name), Access.LIST) for name in ("fd", "task")]
     found += [(path, Access.READ | Access.WRITE) for path in DEVICES]
-    # Python looks for modules in a list of a folder's files.
-    folders = [path.parent for path in own] if len(own) > 1 else []
-    found += [(path, Access.LIST) for path in (*libraries, *folders)]
+    found += [(path, Access.LIST) for path in (*libraries, *listed)]
     secret = [path for path in hidden if not any(library.is_relative_to(path) for library in libraries)]
     found += [(path, Access.READ) for root in libraries for path in readable(root, secret, entries)]
     found += [(path, Access.READ) for path in own]
