@@ -115,8 +115,6 @@ def test_what_cannot_be_done_is_said_with_status_1(vrg: Vrg, arguments: str, sai
         (["play", "sharks-and-minnows", "--seed", "-1"], "greater than or equal to 0"),
         (["official", "set-score", "sharks", "many"], "valid integer"),
         (["topic", "echo", "clock", "--count", "0"], "greater than or equal to 1"),
-        (["play", "sharks-and-minnows", "--in-process", "--sandbox"], "--sandbox needs"),
-        (["practice", "--in-process", "--sandbox"], "--sandbox needs"),
         (["play", "sharks-and-minnows", "--in-process", "--seats"], "--seats needs"),
         (["play", "sharks-and-minnows", "--in-process", "--web"], "--web needs the bus"),
         *((["topic", "list", "--for", wrong], NO_TIME) for wrong in ("", "x", "1:2:3:4", "-1", "nan", "1:-2", "61")),

@@ -27,22 +27,6 @@ for found in pkgutil.walk_packages(vrg.__path__, "vrg.", onerror=lambda name: No
 """
 NOT_EVERYWHERE = ("pybullet", "pybullet_data", "pygame", "ray", "motioncapture")
 
-INTERRUPTED = """
-from vrg.blame import DecisionTimeoutError
-from vrg.bus.stopping import stop_on_signals
-from vrg.launch.sandbox.bounds import DecisionAlarm
-
-with stop_on_signals() as stop, DecisionAlarm(stop) as alarm:
-    stop.set()
-    assert stop.wait(10.0)
-    alarm.begin()
-    try:
-        while True:
-            pass
-    except DecisionTimeoutError as error:
-        print(error)
-"""
-
 LOCKED = """
 from pathlib import Path
 from vrg.coordinator.journal import Journal, JournalHeader
@@ -80,11 +64,6 @@ def test_every_module_can_be_imported(system: str, tmp_path: Path) -> None:
 def test_a_match_in_one_process_is_played_and_judged_and_nothing_in_it_is_said_to_be_sealed(tmp_path: Path) -> None:
     played = play_and_judge("win32", tmp_path, "--in-process", "--rate", "max")
     assert "a sandbox needs Linux, and this is win32" in played.stdout.splitlines()[0]
-
-
-def test_a_decision_without_end_is_interrupted_in_a_match_that_is_to_stop(tmp_path: Path) -> None:
-    done = python_on("win32", tmp_path, "-c", INTERRUPTED)
-    assert "the match is to stop" in done.stdout, done.stderr
 
 
 def test_a_journal_is_locked_without_the_locks_of_posix(tmp_path: Path) -> None:

@@ -44,13 +44,14 @@ def play(
         match: a match file, or the name of a game.
         players: other strategies than those of the match file, by team or by player: a name, `mine.py`,
             `mine.py:Class`, `module:Class` or `policy.npz`.
-        how: `in process`: all of it in this process, as fast as it can; strategies can do what this program can.
-            `lockstep`: the same match, byte for byte, but each strategy decides in a process of its own. `processes`:
-            as `vrg play` does, in real time or at a rate.
+        how: `in process`: all of it in this process, as fast as it can, but for strategies that are files: these
+            decide in processes of their own. `lockstep`: the same match, byte for byte, but each strategy does.
+            `processes`: as `vrg play` does, in real time or at a rate.
         engine: the physics engine; None for that of the match. seed: None for that of the match.
         rate: match seconds per second; `max` as fast as possible, which is the default but for `processes`.
         record: record the match; without it a run has no tracks and no plot.
-        sandbox: whether strategies that are files are sealed in their processes; None for the match's own choice.
+        sandbox: whether strategies that are files are sealed in their processes; None for the match's own choice. With
+            False, and `in process`, they are trusted, and decide in this process, which is faster.
         runs: the folder for the run folder.
         stop: what breaks the match off when it is set, such as a `threading.Event`. The run then has what was played.
 
@@ -73,13 +74,13 @@ def play(
     )  # fmt: skip
     if way.in_process:
         setup = setup.all_here()
-    setup = prepare(setup, way)
-    if how == "processes":
-        with trial() as tried:
-            check_strategies(setup, tried.make)
     show = Show(Console(quiet=True), window=False, record=record)
-    folder = new_run(setup, Path(runs), show)
     with fork_server(wanted=how != "in process") as server:
+        setup = prepare(setup, way, server)
+        if how == "processes":
+            with trial() as tried:
+                check_strategies(setup, tried.make)
+        folder = new_run(setup, Path(runs), show)
         played = play_setup(setup, folder, show, server, way, stop)
     if played.interrupted and not played.over and not (stop is not None and stop.is_set()):
         raise KeyboardInterrupt(f"the run is kept in {folder.path}")

@@ -4,7 +4,7 @@ import socket
 import sys
 import traceback
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import TracebackType
 
 from vrg.errors import StrategyError
 from vrg.types import printable
@@ -68,15 +68,6 @@ def place_of(trace: TracebackType | None, *, ours: bool = True) -> str:
     foreign = [frame for frame in frames if is_students(frame.filename)]
     frame = (foreign or frames)[-1]
     return place_text(frame.filename, frame.lineno, frame.name)
-
-
-def place_of_frame(frame: FrameType | None) -> str:
-    """The innermost place of a stack that is a student's, such as `ann.py, line 7, in act`; empty if there is none."""
-    while frame is not None:
-        if is_students(frame.f_code.co_filename):
-            return place_text(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name)
-        frame = frame.f_back
-    return ""
 
 
 def place_of_method(owner: object, name: str) -> str:

@@ -28,14 +28,13 @@ from vrg.hal.models import robot_model
 from vrg.launch.fork_server import Child, ForkServer, fork_server
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.remote.wire import frame
-from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.seal import missing
 from vrg.playing import apart, in_process
-from vrg.playing.apart import StrategyHere, SubprocessStrategy
+from vrg.playing.apart import BUDGET, StrategyHere, SubprocessStrategy
 from vrg.playing.branch import play_branch, repeat_match
-from vrg.playing.contained import ContainedPlayer
 from vrg.playing.deciding import Decision, Failed, Ready
 from vrg.playing.in_process import Ending
+from vrg.playing.stepped import SteppedPlayer
 from vrg.playing.strategies import Strategies
 from vrg.runs.change import Change
 from vrg.runs.keeping import keep
@@ -200,7 +199,7 @@ def test_a_repetition_of_a_match_that_was_taken_up_spends_no_bank(home: Path, mo
     change = Change(3.0, "shark", "sharks-and-minnows")
     branch = play_branch(of, [change], home / "branches", NOW, progress=lambda _: None, stop=Stop())  # type: ignore[arg-type]
     seconds = map(float, itertools.count())  # each look at this clock takes a second
-    monkeypatch.setattr(in_process, "ContainedPlayer", partial(ContainedPlayer, clock=seconds.__next__))
+    monkeypatch.setattr(in_process, "SteppedPlayer", partial(SteppedPlayer, clock=seconds.__next__))
     same(branch, repeated(branch, home, "again", None))
 
 

@@ -98,9 +98,19 @@ def test_it_finds_nothing_where_nothing_is_sealed(start: Callable[..., Match], s
     wait_until(lambda: found_nothing(match.run.logs / "ann.log"), "ann to have searched")
 
 
-def test_in_lockstep_it_finds_nothing(tmp_path: Path, spy: str) -> None:
-    (tmp_path / "match.toml").write_text(by(match_text("spied", length=13.0, width=9.0, zone=2.5), spy, "ann"))
-    command = [sys.executable, "-m", "vrg", "play", "match.toml", "--lockstep", "--headless", "--runs", "runs"]
-    subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=600, check=False)
-    (run,) = (tmp_path / "runs").iterdir()
+@pytest.mark.parametrize("how", ["--lockstep", "--in-process"])
+def test_in_steps_it_finds_nothing_and_neither_when_that_is_repeated(tmp_path: Path, spy: str, how: str) -> None:
+    wiring = {"bob": (0, 1)} if how == "--in-process" else {}
+    text = match_text("spied", length=13.0, width=9.0, zone=2.5, wiring=wiring)
+    (tmp_path / "match.toml").write_text(by(text, spy, "ann"))
+
+    def ran(*words: str) -> Path:
+        command = [sys.executable, "-m", "vrg", *words, "--runs", f"by-{words[0]}"]
+        subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=600, check=False)
+        (run,) = (tmp_path / f"by-{words[0]}").iterdir()
+        return run
+
+    run = ran("play", "match.toml", how, "--headless", "--no-record")
     assert found_nothing(run / "logs" / "ann.log")
+    if missing() is None:
+        assert found_nothing(ran("run", "repeat", str(run)) / "logs" / "ann.log")

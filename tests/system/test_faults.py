@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.playing.test_contained import BROKEN
+from tests.playing.test_stepped import BROKEN
 from vrg.bus.messages import DISQUALIFIED
 from vrg.testing.processes.match import Match, long_match
 

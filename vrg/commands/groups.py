@@ -76,8 +76,6 @@ class PracticeOptions:
         self.speed  # noqa: B018 - it raises
         if self.in_process and self.lockstep:
             raise typer.BadParameter("--in-process and --lockstep: choose one")
-        if self.in_process and self.sandbox:
-            raise typer.BadParameter("--sandbox needs processes: take --lockstep in place of --in-process")
         if self.deadline is not None and not self.lockstep:
             raise typer.BadParameter("needs --lockstep: elsewhere nothing waits", param_hint="--deadline")
 

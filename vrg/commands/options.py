@@ -114,7 +114,11 @@ EngineOption = Annotated[
 ]
 SandboxOption = Annotated[
     bool | None,
-    typer.Option("--sandbox/--no-sandbox", help="Seal the processes of strategies; the default is the match file's."),
+    typer.Option(
+        "--sandbox/--no-sandbox",
+        help="Seal the processes of strategies; the default is the match file's. With --no-sandbox they can do all "
+        "that you can; files then decide in the process of a match that is played in one: faster, for your own code.",
+    ),
 ]
 SealedOption = Annotated[
     bool,

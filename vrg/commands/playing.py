@@ -64,11 +64,11 @@ def play_match(
         in_process=options.in_process, lockstep=options.lockstep, paced=options.speed is not None,
         deadline=options.deadline or DEADLINE, secured=secured and not options.steps, keys=keys,
     )  # fmt: skip
-    setup = prepare(setup, way)
+    setup = prepare(setup, way, server)
     show = _shown(setup, options, console, way, window=window)
     if why_none is not None and (way.paced or not way.steps):
         show.announce(f"no window: {why_none}")
-    show.announce(*sealing(setup, seats=way.secured, in_process=options.in_process))
+    show.announce(*sealing(setup, seats=way.secured))
     show.announce(*undriven(setup, show.served))
     folder = new_run(setup, options.runs, show)
     lacking = " (PyBullet is not installed)" if setup.engine == default_engine() != BULLET else ""

@@ -39,7 +39,8 @@ def practice(
     The first robot begins at --pose, or in the middle; the others stand around it.
     """
     options.check()
-    with fork_server(wanted=not options.in_process) as server, tempfile.TemporaryDirectory() as folder:
+    wanted = not options.in_process or strategy is not None
+    with fork_server(wanted=wanted) as server, tempfile.TemporaryDirectory() as folder:
         from vrg.commands.playing import play_match
         from vrg.config.loading import load_match
         from vrg.playing.trial import trial

@@ -36,7 +36,6 @@ from vrg.launch.pulses import BUSY_TIMEOUT, Progress
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.wire import BANNER, Frames
-from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.excess import excess
 from vrg.playing import deciding
 from vrg.playing.deciding import Answer, Assignment, Decision, Failed
@@ -50,6 +49,8 @@ log = logging.getLogger(__name__)
 
 DEADLINE: Final = 1.0
 """The real time in s after which a player that does not answer forfeits a step."""
+BUDGET = 5.0
+"""The real time in s that a decision may take."""
 LOADING_TIME = 20.0
 """The processor time in s that a strategy may take to be imported and made."""
 _LOOK = 0.2
@@ -285,13 +286,13 @@ class SubprocessStrategy(SteppedStrategy):
         self._channel.send_bytes(len(data).to_bytes(4, "big") + data)
 
     def _decided(self, view: View) -> Action:
-        if self._deadline is None:
-            if self._has_answered(BUDGET + 1.0):
-                return self._taken()
-            self.close()
-            raise DecisionTimeoutError(str(self.complaint(f"a decision may take {BUDGET:g} s")))
         try:
-            if not self._late and self._has_answered(max(0.0, self._since + self._deadline - self._now())):
+            if self._deadline is None:
+                if not self._has_answered(BUDGET / 2):
+                    self._ask_where()
+                if self._has_answered(BUDGET / 2):
+                    return self._taken()
+            elif not self._late and self._has_answered(max(0.0, self._since + self._deadline - self._now())):
                 return self._taken()
         except StrategyError as error:
             # Its own code, or somebody's signal: only the former would come again by itself.
@@ -300,16 +301,21 @@ class SubprocessStrategy(SteppedStrategy):
         except DecisionTimeoutError as error:
             self._noted(view, failure=str(error), hung=True)
             raise
-        if self._now() - self._since > BUDGET:
+        if self._deadline is None or self._now() - self._since > BUDGET:
             self.close()
             raise self._noted(view, failure=self._hangs(), hung=True).error
-        if POSIX and not self._elsewhere and self._now() - self._asked_where > BUDGET / 2:
-            self._asked_where, self._dumped = self._now(), self._log.size
-            self._process.send_signal(signal.SIGUSR1)  # its log then has the line where it is
+        if self._now() - self._asked_where > BUDGET / 2:
+            self._ask_where()
         self._late = True
         self._forfeited()
         self._noted(view)
         raise ForfeitError
+
+    def _ask_where(self) -> None:
+        """Let it write to its log at which line it is."""
+        if POSIX and not self._elsewhere:
+            self._asked_where, self._dumped = self._now(), self._log.size
+            self._process.send_signal(signal.SIGUSR1)
 
     def _forfeited(self) -> None:
         """Count a forfeited decision, and tell of it now and then where a log of steps does not."""

@@ -28,7 +28,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.process_log import LOG_FORMAT
-from vrg.launch.sandbox.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
+from vrg.launch.sandbox.bounds import BoundedOutput, bounded_memory, printing_to, say_where_on_request
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.runs.run_folder import RunFolder
@@ -135,7 +135,7 @@ def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] 
             tell_of_refusals(REFUSAL_ADVICE)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         # The seal bounds memory, too.
-        memory = contextlib.nullcontext() if assignment.sealed else MemoryBound(assignment.setup.memory)
+        memory = contextlib.nullcontext() if assignment.sealed else bounded_memory(assignment.setup.memory)
         with memory, printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
             if not assignment.make:
                 strategy_class(assignment.setup.player(assignment.name).strategy, Path(assignment.setup.base))

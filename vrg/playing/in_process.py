@@ -13,7 +13,6 @@ from vrg.agents.radio import link_of
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
-from vrg.bus.stopping import StopSignal
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import NOISE, CheckedMatch, MatchSetup, radio_seed
 from vrg.coordinator.evidence import TINY
@@ -26,8 +25,7 @@ from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.tracker import tracker_node
 from vrg.launch.nodes.world import world_node
-from vrg.launch.sandbox.bounds import DecisionAlarm, MemoryBound
-from vrg.playing.contained import ContainedPlayer, Failure
+from vrg.playing.stepped import Failure, SteppedPlayer
 from vrg.playing.strategies import Strategies
 from vrg.runs.change import Change, amended
 from vrg.runs.run_folder import RunFolder
@@ -119,7 +117,6 @@ def play(
     pace: Callable[[float], bool] | None = None,
     strict: bool = False,
     resumable: bool = False,
-    stop: StopSignal | None = None,
     logs: Path | None = None,
     changes: Sequence[Change] = (),
     apart: Strategies | None = None,
@@ -136,11 +133,10 @@ def play(
         pace: called after each tick with the match time. It may wait; if it returns False, the match is broken off.
         strict: True passes every message through the codec of the bus.
         resumable: True if a watcher may be an official, who continues play after a HALT; otherwise a HALT is the end.
-        stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
         logs: the folder for what players print; None lets them print.
         changes: what changes at some instants, in the order of time.
         apart: which strategies decide in processes of their own, whose logs are needed then; None lets all decide in
-            this process.
+            this process, with nothing but exceptions caught: whoever calls this trusts them.
         steps: the log of steps; None keeps none.
         past: the log of the match when it was played before, of which all is missed again that was missed then.
         bank_from: the match time in s from which players spend their banks: what is only repeated takes its time.
@@ -152,7 +148,6 @@ def play(
     """
     simulation = emulation(setup)
     executor: Lockstep | None = None
-    alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
     strategies = replace(
         apart or Strategies(),
         run=None if logs is None else RunFolder(logs.parent),
@@ -161,16 +156,13 @@ def play(
         now=lambda: None if executor is None else executor.time,
     )
 
-    def contained(name: str) -> ContainedPlayer:
-        return ContainedPlayer(
+    def stepped(name: str) -> SteppedPlayer:
+        return SteppedPlayer(
             player_node(setup, name, simulation, make := strategies.maker(setup, name)),
             setup.keys,
             make,
-            alarm,
-            memory,
             None if logs is None else logs / f"{name}.log",
             disqualify=setup.on_fault == "disqualify",
-            apart=strategies.is_apart(setup, name),
             bank=setup.bank,
             bank_from=bank_from,
             spent=lambda: strategies.spent(setup, name),
@@ -181,14 +173,12 @@ def play(
     with ExitStack() as stack:
         stack.callback(strategies.close)
         digested = None if steps is None else steps.digest
-        assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, digested=digested)
+        assembly = assemble(setup, journal, stepped, watchers=watchers, strict=strict, digested=digested)
         world, coordinator, players = assembly.world, assembly.coordinator, assembly.players
         executor = assembly.executor
         if simulation is not None:
             stack.callback(simulation.clock.close)
         stack.callback(executor.stop)
-        stack.enter_context(alarm)
-        stack.enter_context(memory)
         # What is there now stays until the end: the garbage collector need not look at it again and again.
         stack.callback(gc.unfreeze)
         gc.freeze()
@@ -199,7 +189,7 @@ def play(
                 before, now = now, amended(now, change)
                 _go_on_by(assembly, before, now, setup.seed)
                 if name := change.player:
-                    players[name].play_by(strategies.maker(now, name), apart=strategies.is_apart(now, name))
+                    players[name].play_by(strategies.maker(now, name))
             if simulation is not None and executor.time > 0:
                 # The robots have been met in the first step, before the match began.
                 began = simulation.clock.now() if began is None else began
@@ -228,7 +218,7 @@ def _write_end(steps: StepLog | None, logs: Path | None, nodes: Iterable[Node], 
             write_json(logs / f"{node.name}.json", node.counted())
 
 
-def _go_on_by(assembly: Assembly[ContainedPlayer], before: MatchSetup, now: MatchSetup, drawn: int) -> None:
+def _go_on_by(assembly: Assembly[SteppedPlayer], before: MatchSetup, now: MatchSetup, drawn: int) -> None:
     """Let a match go on by the rules, the radio and the seed of another match file, where they are others than before.
 
     Args:

@@ -29,15 +29,17 @@ from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.over_processes import Launch, Show
 from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
-from vrg.playing import in_process
+from vrg.playing import deciding, in_process
 from vrg.playing.apart import DEADLINE
 from vrg.playing.strategies import Strategies
+from vrg.playing.trial import trial
 from vrg.registry import load_object, plugins
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import conclusion, ended_of, plot, summary, write_result
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import StepLog
+from vrg.system import POSIX
 from vrg.ui.banner import Help
 from vrg.ui.table import TerminalTable
 
@@ -50,8 +52,8 @@ class Way:
     """The way in which a match is played.
 
     Args:
-        in_process: in this process, in lockstep. lockstep: so, but each strategy decides in a process of its own.
-            Without both it is played as processes.
+        in_process: in this process, in lockstep. Strategies of files decide in processes of their own, unless the
+            match has `sandbox = false`. lockstep: so, but each strategy does. Without both it is played as processes.
         strangers: in lockstep: the strategies of files alone decide in processes of their own, always sealed.
         limit: the match time after which a match in steps is broken off, s.
         paced: in lockstep: at the rate of the set-up, and not as fast as possible. deadline: the real time after which
@@ -92,8 +94,11 @@ class Outcome:
         return self.state is not None and self.state.stage is Stage.GAME_OVER
 
 
-def prepare(setup: CheckedMatch, way: Way) -> CheckedMatch:
+def prepare(setup: CheckedMatch, way: Way, server: ForkServer) -> CheckedMatch:
     """The set-up with which a match is played in this way.
+
+    Args:
+        server: forks the processes of strategies. It is started if a match in this process needs one.
 
     Raises:
         ConfigError: it cannot be: a package is missing, a strategy cannot be made, or real motors would be hurried.
@@ -107,7 +112,12 @@ def prepare(setup: CheckedMatch, way: Way) -> CheckedMatch:
         setup = setup.at_rate(setup.wanted_rate)
     elif lacks := [text for _, table, robots in setup.backend_settings() for text in table.only_in_process(robots)]:
         raise ConfigError(lacks)
-    if way.in_process:
+    if way.in_process and any(_strategies(way, server).is_apart(setup, player.name) for player in setup.players):
+        if not server.alive:
+            server.start([deciding.__name__])
+        with trial(server) as tried:
+            check_strategies(setup, tried.make)
+    elif way.in_process:
         check_strategies(setup, strategy_of)
     return setup
 
@@ -155,8 +165,7 @@ def play(
         server.stop = stop
         if way.steps:
             setup = setup if way.paced else setup.at_rate(0.0)
-            apart = Strategies(server, not way.strangers, way.strangers, way.deadline) if way.lockstep else None
-            state, failure = _play_in_steps(setup, folder, show, stop, apart, way)
+            state, failure = _play_in_steps(setup, folder, show, stop, _strategies(way, server), way)
         else:
             state, failure = Launch(setup, folder, show, server, way.secured, way.keys).play(stop, over)
         # After a window, once more with what the processes have counted and the end of the recording, without a word.
@@ -183,22 +192,20 @@ def undriven(setup: MatchSetup, served: Collection[str] = ()) -> list[str]:
     ]
 
 
-def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
+def sealing(setup: MatchSetup, *, seats: bool) -> list[str]:
     """The players whose code is sealed, and those whose code can do all that the user can, in sentences.
 
     Args:
-        seats: True if the match is played with seats. in_process: True if it is played in one process.
+        seats: True if the match is played with seats.
     """
     files = [player.name for player in setup.players if setup.strategy_file(player.name) is not None]
-    names = [name for name in files if in_process or not is_sealed(setup, name, seats=seats)]
+    names = [name for name in files if not is_sealed(setup, name, seats=seats)]
     sealed = [name for name in files if name not in names]
     found = [_sealed(sealed)] if sealed else []
     if names:
         from vrg.launch.sandbox.seal import missing  # noqa: PLC0415 - most matches have no sandboxes
 
-        able = "code is sealed only in processes of its own" if in_process else "--sandbox seals it"
-        lacking = missing()
-        found.append(f"{_unsealed(names)}; {lacking or able}")
+        found.append(f"{_unsealed(names)}; {missing() or '--sandbox seals it'}")
     return found
 
 
@@ -246,8 +253,16 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names) if len(names) < 5 else f"{len(names)} players"
 
 
+def _strategies(way: Way, server: ForkServer) -> Strategies:
+    """Where the strategies of a match in steps decide. On Windows, where no process of one answers, a match in one
+    process keeps them."""
+    if way.in_process:
+        return Strategies(server if POSIX else None)
+    return Strategies(server, not way.strangers, way.strangers, deadline=way.deadline)
+
+
 def _play_in_steps(
-    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Strategies | None, way: Way
+    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Strategies, way: Way
 ) -> tuple[RefereeState | None, LaunchError | None]:
     """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
 
@@ -277,7 +292,6 @@ def _play_in_steps(
                 limit=way.limit,
                 pace=pace,
                 resumable=resumable,
-                stop=stop,
                 logs=folder.logs,
                 apart=apart,
                 steps=steps,

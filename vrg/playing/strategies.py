@@ -49,9 +49,11 @@ class Strategies:
     """Makes the strategies of a match, here or in processes of their own. What was missed is missed again.
 
     Args:
-        server: forks these processes; None lets all decide here.
-        every: True for all strategies; False for those alone that are to be sealed in a match with seats.
+        server: forks these processes; None lets all decide here: whoever says so trusts their code.
+        every: True for all strategies; False lets those that come with packages decide here, and those of files where
+            the match has `sandbox = false`, by which somebody trusts them.
         strangers: True seals all strategies of files, here, whatever the match file says: it is a stranger's as well.
+        seats: True seals them as in a match with seats.
         deadline: the real time in s after which one forfeits a step, if the match was not played before; None waits.
         run: the run folder; None without one, and then all decide here.
         past: the log of the match when it was played before. write: adds to the log of steps.
@@ -61,6 +63,7 @@ class Strategies:
     server: ForkServer | None = None
     every: bool = False
     strangers: bool = False
+    seats: bool = False
     deadline: float | None = None
     run: RunFolder | None = None
     past: Sequence[Line] = ()
@@ -70,7 +73,7 @@ class Strategies:
 
     def is_apart(self, setup: MatchSetup, name: str) -> bool:
         """True if the strategy of a player decides in a process of its own."""
-        if self.server is None or self.run is None:
+        if self.server is None:
             return False
         return self.every or self._is_strangers(setup, name) or setup.sandboxed(name, seats=True)
 
@@ -127,7 +130,7 @@ class Strategies:
             return StrategyHere(strategy, missed, self.write) if missed else strategy
         from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
 
-        sealed = not self.every or self._is_strangers(setup, name) or is_sealed(setup, name, seats=False)
+        sealed = self._is_strangers(setup, name) or is_sealed(setup, name, seats=self.seats)
         try:
             made = SubprocessStrategy(
                 self.server, setup, name, self.run, sealed=sealed, deadline=None if self.past else self.deadline,

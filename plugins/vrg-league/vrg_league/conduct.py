@@ -13,7 +13,7 @@ from vrg_league import contenders
 from vrg_league.contenders import Contender, LeftOut
 from vrg_league.experiment import Origin, define
 from vrg_league.folder import ExperimentFolder
-from vrg_league.game_process import seals
+from vrg_league.game_process import decides_apart
 from vrg_league.games import LIMIT, Pairing
 from vrg_league.running import Experiment
 from vrg_league.series import Series
@@ -59,8 +59,8 @@ def enter(
     found, missing = contenders.entered(targets, folders=leave_out)
     _check_number(found, missing, targets, leave_out=leave_out)
     playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
-    if (lacking := seal.missing()) is not None and any(map(seals, playing)):
-        warning = f"strategies decide where the referee does, and can change it: {lacking}"
+    if (lacking := seal.missing()) is not None and any(map(decides_apart, playing)):
+        warning = f"the code of strategies is not sealed, and can do all that you can: {lacking}"
         if any(Path(target).is_dir() for target in targets):
             raise ConfigError([f"{warning}; --no-sandbox lets the files of a folder play all the same"])
         warn(warning)

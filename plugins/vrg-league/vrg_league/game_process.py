@@ -20,7 +20,6 @@ from vrg.errors import LaunchError
 from vrg.games import GAMES
 from vrg.hal.sim.engines import ENGINES
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.sandbox.seal import missing
 from vrg.runs.change import Branch, amended, write_branch
 from vrg.runs.run_folder import RunFolder
 from vrg_league import playing
@@ -88,13 +87,13 @@ class GameProcess:
         self._setup = structs.replace(setup, seed=seed) if branch is None else setup
         self._told: Played | None = None
         goes_on = setup if branch is None else reduce(amended, branch.changes, setup)
-        self._begin(sealed=(seals(setup) or seals(goes_on)) and missing() is None)
+        self._begin(apart=decides_apart(setup) or decides_apart(goes_on))
 
-    def _begin(self, *, sealed: bool) -> None:
+    def _begin(self, *, apart: bool) -> None:
         arguments = [
             str(self.folder.absolute()),
             str(self._limit),
-            *(["sealed"] if sealed else []),
+            *(["apart"] if apart else []),
             *(["shown"] if self._shows else []),
         ]
         try:
@@ -102,7 +101,7 @@ class GameProcess:
             if self._branch is not None:
                 write_branch(RunFolder(self.folder), self._branch)
             with (self.folder / "process.log").open("ab") as log:
-                self._process = self._server.run(playing.__name__, arguments, log, trusted=not sealed)
+                self._process = self._server.run(playing.__name__, arguments, log, trusted=not apart)
         except OSError as error:
             raise LaunchError(f"{self.folder}: no game can be played: {error}") from error
         self.answer = Connection(self._process.detached())
@@ -130,7 +129,7 @@ class GameProcess:
             return Played(ended=FAILED, problem=problem)
         if self._told is None and result.ended != FAILED:
             self._told = result
-            self._begin(sealed=False)
+            self._begin(apart=False)
             return None
         return result
 
@@ -141,8 +140,11 @@ class GameProcess:
         self._process.wait(EXIT_TIMEOUT)
 
 
-def seals(setup: CheckedMatch) -> bool:
-    """True if a strategy of a match is sealed when games of it are played: by default one that is a file."""
+def decides_apart(setup: CheckedMatch) -> bool:
+    """True if a strategy of a match decides in a process of its own when games of it are played, by default sealed.
+
+    It does if it is a file, and nobody has said `--no-sandbox`, by which it is trusted.
+    """
     return any(setup.sandboxed(player.name, seats=True) for player in setup.players)
 
 

@@ -53,18 +53,20 @@ def played(setup: CheckedMatch, folder: RunFolder, limit: float, server: ForkSer
     Args:
         folder: for the journal and the logs.
         limit: the match time in s after which it is broken off.
-        server: forks the processes of strategies that are to be sealed; None lets all decide in this process.
+        server: forks the processes of strategies of files, which are sealed where this machine can; None lets all
+            decide in this process.
     """
     folder.prepare()
     began = time.perf_counter()
-    sealed, setup = None if server is None else Strategies(server), setup.at_rate(0.0)
+    apart = None if server is None else Strategies(server, seats=missing() is None)
+    setup = setup.at_rate(0.0)
     try:
         branch = branch_of(folder)
         if branch is not None:
-            ending = play_on(setup, RunFolder(Path(branch.of)), folder, apart=sealed, limit=limit)
+            ending = play_on(setup, RunFolder(Path(branch.of)), folder, apart=apart, limit=limit)
         else:
             with open_journal(setup, folder) as journal:
-                ending = in_process.play(setup, journal, limit=limit, logs=folder.logs, apart=sealed)
+                ending = in_process.play(setup, journal, limit=limit, logs=folder.logs, apart=apart)
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
     ended, halted = _ended(ending.state), ending.state.halted
@@ -157,7 +159,7 @@ def _without_officials(entry: Entry, failing: Sequence[str]) -> str | None:
 
 
 def invalid(setup: CheckedMatch, reported: Played, why: str) -> Played:
-    """A match that is not valid: it is lost for the team whose code alone was in the process of its referee."""
+    """A match that is not valid: it is lost for the team whose code alone could change what the referee writes."""
     sealed = missing() is None
     teams = list(dict.fromkeys(player.team for player in setup.players))
     own = [player for player in setup.players if not has_name(player.strategy)]
@@ -183,10 +185,11 @@ def main(arguments: Sequence[str]) -> int:
     came out of the game if it was played; a `Played` is sent there. The process ends when this is closed.
 
     Args:
-        arguments: the folder for the journal and the logs; the match time in s after which the game is broken off; and
-            `sealed` to seal the strategies that are to be; `shown` to write what shows it to people.
+        arguments: the folder for the journal and the logs; the match time in s after which the game is broken off;
+            `apart` to let strategies of files decide in processes of their own; `shown` to write what shows it to
+            people.
     """
-    folder, limit, sealed = Path(arguments[0]), float(arguments[1]), "sealed" in arguments[2:]
+    folder, limit, apart = Path(arguments[0]), float(arguments[1]), "apart" in arguments[2:]
     pipe = Connection(os.dup(0))
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
@@ -194,13 +197,13 @@ def main(arguments: Sequence[str]) -> int:
     logging.basicConfig(level=logging.WARNING)
     faulthandler.enable()
     server = ForkServer()
-    if sealed:
+    if apart:
         server.start_as_fork()
     try:
         setup, reported = msgspec.json.decode(pipe.recv_bytes(), type=tuple[CheckedMatch, Played | None])
         threading.Thread(target=_end_with, args=(os.dup(pipe.fileno()),), daemon=True).start()
         run = RunFolder(folder)
-        result = judged(setup, run, reported) if reported else played(setup, run, limit, server if sealed else None)
+        result = judged(setup, run, reported) if reported else played(setup, run, limit, server if apart else None)
         if reported and "shown" in arguments[2:]:
             try:
                 write_whole(folder / SHOWN, gzip.compress(shown(setup, run).encode(), mtime=0))

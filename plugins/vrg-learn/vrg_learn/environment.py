@@ -64,9 +64,8 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
     third one, to the left. What is beyond is cut off. A reward is what the referee's calls since the last step are
     worth by the game's table, and 1 or -1 at the end for who wins or loses.
 
-    The same seed and the same actions give the same match. If the strategies of the others do not decide within
-    `vrg.launch.sandbox.bounds.BUDGET` of real time, `step` and `reset` raise StrategyError, as where a strategy fails.
-    One that catches this, too, ends the process. In another thread than the main one nothing is bounded.
+    The same seed and the same actions give the same match. The strategies of the others decide in this process, so
+    their code is trusted: nothing bounds its time and its memory.
 
     A copy, by `copy.deepcopy` or by pickle, goes on from the same instant: it plays the match again by its seed and its
     actions, as strategies may hold anything. It leaves no run folder.

@@ -4,7 +4,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 from vrg.agents.player import Player
 from vrg.agents.strategy import Strategy
-from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.messages import Body, Call, RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
@@ -12,7 +11,6 @@ from vrg.coordinator.journal import Journal, NoJournal
 from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.sandbox.bounds import DecisionAlarm
 from vrg.playing.in_process import assemble
 from vrg.types import STILL, Twist
 from vrg_learn.puppet import TARGET, Puppet
@@ -56,8 +54,6 @@ class Episode:
         self._driven = driven
         self._talks = talks
         self._wrap = wrap
-        self._asks = talks or any(player.name not in driven for player in setup.players)
-        """True if a strategy decides here, which may never end."""
         self._watch = Watch(setup.keys)
         self._closed = False
         self._state: RefereeState | None = None
@@ -163,25 +159,16 @@ class Episode:
         """Let the players decide.
 
         Raises:
-            StrategyError: a strategy has failed, or decides for too long.
+            StrategyError: a strategy has failed.
         """
         executor = self._assembly.executor
         try:
-            if not self._asks:
-                executor.finish()
-                return
-            with DecisionAlarm(None) as alarm:
-                alarm.begin()
-                try:
-                    executor.finish()
-                finally:
-                    alarm.end()
-        except (StrategyError, DecisionTimeoutError) as error:
+            executor.finish()
+        except StrategyError as error:
             if isinstance(error.__cause__, KeyboardInterrupt):
                 raise error.__cause__ from None
-            what = failure_of(error) if isinstance(error, DecisionTimeoutError) else error
             who = "; ".join(getattr(error, "__notes__", ()))
-            raise StrategyError(f"{what} ({who}): the match cannot go on; reset() begins another one") from error
+            raise StrategyError(f"{error} ({who}): the match cannot go on; reset() begins another one") from error
 
     def _player(self, name: str) -> Player:
         if name not in self._driven:

@@ -100,7 +100,7 @@ def virtual(path: Path, named: bool, *, seed: int | None = None, sandbox: bool |
 
 def _played(server: ForkServer, setup: CheckedMatch, seconds: float, runs: str) -> dict[str, Any]:
     way = Way(lockstep=True, strangers=True, limit=seconds)
-    setup = prepare(setup.all_here(), way)
+    setup = prepare(setup.all_here(), way, server)
     # Without a recording the evidence shows the match, and nothing that code has sketched.
     show = Show(Console(quiet=True), window=False, record=False)
     folder = new_run(setup, Path(runs), show)

@@ -1,7 +1,5 @@
-"""A player in a match that runs in one process: its failures are contained, as they are in a process of its own."""
+"""A player in a match in steps: after a failure it goes on with a fresh strategy, until it has failed too often."""
 
-import contextlib
-import io
 import logging
 import math
 import time
@@ -19,7 +17,6 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, GivenUpError, StrategyError
 from vrg.launch.process_log import ProcessLog
-from vrg.launch.sandbox.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.strikes import Strikes
 from vrg.launch.vacancies import disqualification
 
@@ -37,16 +34,14 @@ class Failure:
     text: str
 
 
-class ContainedPlayer(Node):
-    """See the module. After a failure the player goes on with a fresh strategy, until it has failed too often.
+class SteppedPlayer(Node):
+    """See the module.
 
     Args:
         player: the player. keys: the keys of the match.
         make: makes its strategy anew.
-        alarm: ends its decisions when they take too long. memory: bounds what the whole match uses.
-        log: the file for what it prints; None lets it print.
+        log: the file for the traces of its failures; None keeps none.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
-        apart: True if its strategy decides in a process of its own, which has bounds of its own.
         bank: the real time in s that it may take beyond the match time, from `bank_from` on, s of match time.
         spent: makes the strategy that follows.
         clock: returns the real time, s.
@@ -62,12 +57,9 @@ class ContainedPlayer(Node):
         player: Player,
         keys: Keys,
         make: Callable[[], Strategy],
-        alarm: DecisionAlarm,
-        memory: MemoryBound,
         log: Path | None,
         *,
         disqualify: bool,
-        apart: bool = False,
         bank: float = math.inf,
         bank_from: float = 0.0,
         spent: Callable[[], Strategy] | None = None,
@@ -81,24 +73,17 @@ class ContainedPlayer(Node):
         self._keys = keys
         self._make = make
         self._disqualify = disqualify
-        self._memory = memory
         self._strikes = Strikes()
         self._out = False
         self._log = None if log is None else ProcessLog(log)
-        self._bounds = Bounded(alarm, Footprint())
-        self._apart = apart
         self._trim_at = 0.0
 
     def start(self) -> None:
-        """Open its log and connect to its robot."""
-        if self._log is not None:
-            stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True)
-            # By match time, so that it does not depend on how fast this computer is.
-            self._bounds.output = BoundedOutput(stream, lambda: self.mailbox.now)
+        """Connect to its robot."""
         self._player.start()
 
     def begin(self, tick: Tick) -> None:
-        """Let the player look, if its strategy decides elsewhere."""
+        """Let the player look, if its strategy decides in a process of its own."""
         if not self._out:
             self._player.begin(tick)
 
@@ -126,37 +111,26 @@ class ContainedPlayer(Node):
 
     def _tick(self, tick: Tick) -> None:
         try:
-            with self._bounds:
-                self._player.tick(tick)
+            self._player.tick(tick)
         except StrategyError as error:
             self._fail(error, tick, again=self._strikes.failure(tick.time) and not error.final)
-        except MemoryError as error:
-            # What catches a MemoryError needs memory, too, and may get the next one.
-            self._memory.lift()
-            self._fail(failure_of(error.__context__ or error), tick, again=False)
         except DecisionTimeoutError as error:
             self._fail(failure_of(error), tick, again=self._strikes.hang(tick.time))
-        except (SystemExit, KeyboardInterrupt, GeneratorExit) as error:
-            # What it has made may run its code where it is looked at. Ctrl-C comes as a stop, and never here.
-            self._fail(failure_of(error), tick, again=False)
 
     @property
     def radio(self) -> Radio:
         """The radio to its team."""
         return self._player.radio
 
-    def play_by(self, make: Callable[[], Strategy], *, apart: bool = False) -> None:
+    def play_by(self, make: Callable[[], Strategy]) -> None:
         """Let another strategy decide from now on, and be made anew after it has failed.
-
-        Args:
-            apart: True if it decides in a process of its own.
 
         Raises:
             ConfigError: it cannot be made.
         """
-        self._make, self._apart = make, apart
+        self._make = make
         self._strikes = Strikes()
-        self._player.play_by(self._fresh())
+        self._player.play_by(self._make())
 
     def counted(self) -> dict[str, Any]:
         """The counts of the player."""
@@ -165,25 +139,20 @@ class ContainedPlayer(Node):
     def stop(self) -> None:
         """Stop its robot."""
         self._player.stop()
-        self._bounds.close()
 
     def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
         """Its robot stands; it gets a fresh strategy, or is out."""
-        if isinstance(error.__cause__, MemoryError):
-            self._memory.lift()
         self._note_failure(error, tick)
         self._player.give_way(f"{self.name}: {error}")
         why = str(error)
         if again:
             try:
-                self._player.play_by(self._fresh())
+                self._player.play_by(self._make())
                 return
             except ConfigError as problem:
                 why = str(problem)
         elif not error.final:
             why = f"it fails too often: {why}"
-        if isinstance(error.__cause__, MemoryError):
-            self._memory.begin()  # what one has taken is not missing to the others
         if not self._disqualify:
             raise GivenUpError(f"{self.name}: {why}")
         self._out = True
@@ -193,18 +162,6 @@ class ContainedPlayer(Node):
         self.failures.append(Failure(self.name, f"{error} (at {tick.time:.1f} s)"))
         self._note(f"{tick.time:.1f} s: {error}\n{_trace(error)}")
         log.warning("%s: %s", self.name, error)
-
-    def _fresh(self) -> Strategy:
-        """A new strategy.
-
-        Raises:
-            ConfigError: it cannot be made.
-        """
-        try:
-            with contextlib.nullcontext() if self._apart else self._bounds:
-                return self._make()
-        except DecisionTimeoutError as problem:
-            raise ConfigError(str(failure_of(problem))) from None
 
     def _note(self, text: str) -> None:
         if self._log is not None:
