@@ -51,7 +51,7 @@ from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.node import WorldNode
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.host import GROUPS
-from vrg.launch.specs import specs
+from vrg.launch.plan import processes_at
 from vrg.launch.supervisor import Supervisor
 from vrg.runs.run_folder import RunFolder
 
@@ -169,7 +169,7 @@ def play(engine: str, lasers: bool, seconds: float, *, strangers: bool) -> Run:
 
 def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, float]:
     endpoint = free_endpoint()
-    wanted = [s for s in specs(setup, folder.path, endpoint, window=False, record=True) if s.name != "world"]
+    wanted = [s for s in processes_at(setup, folder.path, endpoint, window=False, record=True) if s.name != "world"]
     supervisor = Supervisor(wanted, endpoint, setup.keys, folder.logs, lambda text: print(text, file=sys.stderr))
     try:
         folder.hand_out(setup)
@@ -194,11 +194,11 @@ def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, flo
                 raise RuntimeError(f"ended before its time: {', '.join(dead) or 'world'}")
             # Players, referee and recorder first: they leave their statistics while the clock still runs.
             for process in supervisor.processes:
-                if process.spec.pulse is not None:
+                if process.spec.pulse:
                     process.terminate()
             deadline = time.monotonic() + STOP_PATIENCE
             for process in supervisor.processes:
-                if process.spec.pulse is not None:
+                if process.spec.pulse:
                     process.wait_stopped(deadline)
         return cpu
     finally:

@@ -41,6 +41,7 @@ def _window(kind: str, endpoint: str, run: str) -> None:
 
     from vrg.config.setup import read_setup  # noqa: PLC0415
     from vrg.kinds import KINDS  # noqa: PLC0415
+    from vrg.launch.process import by_hand  # noqa: PLC0415
     from vrg.launch.serving import serve  # noqa: PLC0415
     from vrg.runs.run_folder import RunFolder  # noqa: PLC0415
     from vrg.ui.window import window  # noqa: PLC0415
@@ -58,7 +59,8 @@ def _window(kind: str, endpoint: str, run: str) -> None:
     pygame.display.flip = counted
     window.fitting = lambda _screen: SIZE
     threading.Thread(target=answer, daemon=True).start()
-    serve(KINDS.get(kind), read_setup(RunFolder(Path(run)).setup), router=endpoint, name=WINDOWS[kind])
+    process = by_hand(KINDS.get(kind), WINDOWS[kind], endpoint, run=None, keys=None)
+    serve(process, read_setup(RunFolder(Path(run)).setup))
 
 
 @contextlib.contextmanager

@@ -135,7 +135,7 @@ def test_an_interrupted_match_keeps_its_run(here: Path, monkeypatch: pytest.Monk
 
         return wait
 
-    monkeypatch.setattr("vrg.playing.match._pace", pressing)
+    monkeypatch.setattr("vrg.playing.in_steps._pace", pressing)
     with pytest.raises(KeyboardInterrupt, match="the run is kept in runs/tiny-"):
         vrg.play("tiny.toml")
     (folder,) = (here / "runs").iterdir()
@@ -153,7 +153,7 @@ def test_a_match_in_a_thread_is_broken_off_by_an_event(here: Path, monkeypatch: 
 
         return wait
 
-    monkeypatch.setattr("vrg.playing.match._pace", setting)
+    monkeypatch.setattr("vrg.playing.in_steps._pace", setting)
     with ThreadPoolExecutor(1) as other:
         run = other.submit(vrg.play, "tiny.toml", stop=wanted).result()
         assert run.conclusion.startswith("Interrupted")

@@ -30,7 +30,7 @@ def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     def start_nothing(*_: object, **__: object) -> None:
         raise AssertionError("a match was started")
 
-    monkeypatch.setattr("vrg.launch.over_processes.LaunchedMatch", start_nothing)
+    monkeypatch.setattr("vrg.playing.over_processes.LaunchedMatch", start_nothing)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     return command_line(monkeypatch, capsys)

@@ -10,7 +10,8 @@ from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.kinds import BY_PROCESS, COMMANDER, KINDS, ROUTER, SPECTATOR, Kind
-from vrg.launch.specs import kind_of, placed, specs, window_of
+from vrg.launch.plan import planned, processes_at, window_of
+from vrg.launch.process import Process
 from vrg.registry import load_object
 from vrg.testing.command_line import command_line
 
@@ -45,8 +46,8 @@ def test_a_process_of_each_kind_can_be_started_by_hand(
 
 def test_each_process_of_a_match_is_of_a_kind() -> None:
     setup = load_match(match_path("sharks-and-minnows"))
-    found = {name: kind_of(setup, name) for name in placed(setup, window=True, record=True, served=["web"])}
-    assert [kind.name for kind in found.values() if kind is not None] == [
+    views = [Process(name="web", kind="web")]
+    assert [process.kind for process in planned(setup, window=True, record=True, views=views)] == [
         "router", "world", "coordinator", "recorder", "spectator", "web", *["player"] * len(setup.players)
     ]  # fmt: skip
     assert BY_PROCESS["router"] is ROUTER
@@ -60,9 +61,10 @@ def test_a_game_names_the_window_that_is_opened(
 ) -> None:
     game, setup = GAMES.get("roboflag"), load_match(match_path("roboflag"))
     assert game.window == "spectator"
-    monkeypatch.setattr("vrg.launch.specs.game_of", lambda _: replace(game, window=window))
+    monkeypatch.setattr("vrg.launch.plan.game_of", lambda _: replace(game, window=window))
     assert window_of(setup) == expected
-    assert kind_of(setup, SPECTATOR.process) is expected[0]
+    found = {process.name: process.of for process in planned(setup, window=True, record=False)}
+    assert found[SPECTATOR.process] is expected[0]
 
 
 @pytest.mark.parametrize(
@@ -78,7 +80,7 @@ def test_what_is_no_window_is_refused(monkeypatch: pytest.MonkeyPatch, window: s
     game, setup = GAMES.get("roboflag"), load_match(match_path("roboflag"))
     monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
     monkeypatch.setattr(KINDS, "_found", {})
-    monkeypatch.setattr("vrg.launch.specs.game_of", lambda _: replace(game, window=window))
+    monkeypatch.setattr("vrg.launch.plan.game_of", lambda _: replace(game, window=window))
     with pytest.raises(ConfigError, match=re.escape(said)):
         window_of(setup)
 
@@ -87,8 +89,8 @@ def test_a_match_without_a_window_does_not_need_the_kind_that_its_game_opens(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     game, setup = GAMES.get("roboflag"), load_match(match_path("roboflag"))
-    monkeypatch.setattr("vrg.launch.specs.game_of", lambda _: replace(game, window="nowhere"))
-    found = specs(setup, tmp_path, "tcp/127.0.0.1:7447", window=False, record=True)
+    monkeypatch.setattr("vrg.launch.plan.game_of", lambda _: replace(game, window="nowhere"))
+    found = processes_at(setup, tmp_path, "tcp/127.0.0.1:7447", window=False, record=True)
     assert "spectator" not in {spec.name for spec in found}
     with pytest.raises(ConfigError, match="nowhere"):
-        specs(setup, tmp_path, "tcp/127.0.0.1:7447", window=True, record=True)
+        processes_at(setup, tmp_path, "tcp/127.0.0.1:7447", window=True, record=True)

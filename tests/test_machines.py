@@ -7,8 +7,8 @@ import pytest
 from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.launch.child import Job, job_of
-from vrg.launch.specs import placed, specs
+from vrg.launch.plan import planned, processes_at
+from vrg.launch.process import Process
 from vrg.names import NAME_RULE
 
 MATCH = """
@@ -57,6 +57,10 @@ def load(folder: Path, more: str = "", ann: str = "", bob: str = "") -> MatchSet
     return load_match(path)
 
 
+def placed(setup: MatchSetup, *, window: bool, record: bool) -> dict[str, str]:
+    return {process.name: process.machine for process in planned(setup, window=window, record=record)}
+
+
 def problems(folder: Path, more: str = "", ann: str = "", bob: str = "") -> str:
     with pytest.raises(ConfigError) as error:
         load(folder, more, ann, bob)
@@ -75,7 +79,7 @@ def test_each_process_runs_on_the_machine_that_is_named(tmp_path: Path) -> None:
         "router": "lab3", "world": "lab2", "referee": "here", "recorder": "here", "ann": "here", "bob": "lab3",
     }  # fmt: skip
     names = {
-        machine: [spec.name for spec in specs(setup, tmp_path, "tcp/h:1", window=False, record=True, machine=machine)]
+        machine: [one.name for one in planned(setup, window=False, record=True) if one.machine == machine]
         for machine in ("here", "lab2", "lab3")
     }
     assert names == {"here": ["referee", "recorder", "ann"], "lab2": ["world"], "lab3": ["router", "bob"]}
@@ -154,10 +158,14 @@ def test_a_site_may_have_a_router_of_its_own(tmp_path: Path) -> None:
     setup = load(tmp_path, SITES, bob='machine = "lab3"')
     assert [setup.router_at(name) for name in ("here", "lab2", "lab3")] == ["here", "lab2", "lab2"]
     assert placed(setup, window=False, record=False)["router-lab2"] == "lab2"
-    (router,) = specs(setup, tmp_path, "tcp/own:1", window=False, record=False, machine="lab2", upstream="tcp/main:1")
+    (router,) = processes_at(
+        setup, tmp_path, "tcp/own:1", window=False, record=False, machine="lab2", upstream="tcp/main:1"
+    )
     assert router.is_router
-    job = Job(kind="router", router="tcp/own:1", run=str(tmp_path.resolve()), upstream="tcp/main:1")
-    assert job_of(router.arguments) == job
+    assert router == Process(
+        name="router-lab2", kind="router", machine="lab2", router="tcp/own:1", run=str(tmp_path.resolve()),
+        upstream="tcp/main:1",
+    )  # fmt: skip
     with_the_matchs_own = load(tmp_path, SITES + '[place]\nrouter = "lab2"\n', bob='machine = "lab3"')
     assert {with_the_matchs_own.router_at(name) for name in ("here", "lab2", "lab3")} == {"lab2"}
     assert "router-lab2" not in placed(with_the_matchs_own, window=False, record=False)

@@ -15,16 +15,16 @@ from vrg.commands.options import web_address
 from vrg.commands.page import encrypted, open_page, page_of, print_links, reached_at
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import WEB
-from vrg.launch import child, managed
-from vrg.launch.child import job_of
+from vrg.launch import managed, serving
 from vrg.launch.endpoints import free_port
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.managed import ManagedProcess, ProcessSpec
-from vrg.launch.specs import placed, specs
+from vrg.launch.managed import ManagedProcess
+from vrg.launch.plan import processes_at
+from vrg.launch.process import Process
 from vrg.seats.authority import fingerprint, validity
 from vrg.testing.command_line import invoke
 from vrg.testing.waiting import wait_until
-from vrg.ui.web.admission import Admission, admission, read_admission
+from vrg.ui.web.admission import Admission, admission
 
 
 @pytest.mark.parametrize(
@@ -108,27 +108,23 @@ def test_encryption_needs_a_page():
     assert "add --web or --listen" in done.output
 
 
-def test_the_page_runs_where_the_match_is_launched_and_its_tokens_are_in_no_argument(tmp_path):
+def test_the_page_runs_where_the_match_is_launched(tmp_path):
     setup = load(tmp_path)
-    page = admission("127.0.0.1", 8080, [player.name for player in setup.players])
-    found = {s.name: s for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False, page=page)}
+    views = [Process(name=WEB.process, kind=WEB.name)]
+    found = {s.name: s for s in processes_at(setup, tmp_path, "tcp/h:1", window=False, record=False, views=views)}
     web = found[WEB.process]
-    assert placed(setup, window=False, record=False, served=[WEB.process])[WEB.process] == "here"
-    assert read_admission(web.secret) == page
+    assert web.machine == "here"
     assert not web.essential
-    assert all(token not in repr(web) for token in (page.official, *page.seats.values()))
-    assert job_of(web.arguments).title.startswith("vrg web in ")
-    assert job_of(web.arguments).kind == "web"
-    assert WEB.process not in {s.name for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False)}
+    assert web.title.startswith("vrg web in ")
+    assert WEB.process not in {s.name for s in processes_at(setup, tmp_path, "tcp/h:1", window=False, record=False)}
 
 
-def test_a_process_is_given_its_secret_at_each_start(tmp_path, monkeypatch):
+def test_a_process_is_given_its_secret_at_each_start_and_in_no_argument(tmp_path, monkeypatch):
     (tmp_path / "listening.py").write_text("import sys; print(len(sys.stdin.readline().strip()), flush=True)")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(managed, "child", SimpleNamespace(__name__="listening"))
-    process = ManagedProcess(
-        ProcessSpec("web", ("web",), "x/y/z", 1, 1, secret="t0ken"), tmp_path / "log", ForkServer()
-    )
+    monkeypatch.setattr(managed, "serving", SimpleNamespace(__name__="listening"))
+    process = ManagedProcess(Process(name="web", kind="web"), tmp_path / "log", ForkServer(), "t0ken")
+    assert "t0ken" not in repr(process.spec)
     for _ in range(2):
         process.start()
         wait_until(lambda: process.exit_status is not None, "it to end")
@@ -140,7 +136,7 @@ def test_a_page_without_its_tokens_says_that_its_supervisor_is_gone(monkeypatch)
     reader, writer = os.pipe()
     os.write(writer, b'{"host": "127.0.0.1"')
     os.close(writer)
-    monkeypatch.setattr(child, "LEASH", reader)
+    monkeypatch.setattr(serving, "LEASH", reader)
     with pytest.raises(LaunchError, match="the supervisor is gone"):
-        child.read_secret()
+        serving.read_secret()
     os.close(reader)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, Literal, get_args
+from typing import Literal
 
 from rich.console import Console
 
@@ -11,9 +11,9 @@ from vrg.config.loading import check_match, check_strategies, load_match, match_
 from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
-from vrg.launch.over_processes import Show
-from vrg.playing.match import Way, new_run, prepare
-from vrg.playing.match import play as play_setup
+from vrg.playing.launch import How, Launch
+from vrg.playing.match import new_run, prepare
+from vrg.playing.match import play as play_launch
 from vrg.playing.run import Run
 from vrg.playing.trial import trial
 from vrg.runs.change import by_player
@@ -21,15 +21,12 @@ from vrg.runs.judged import Judged, judge_folder
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 
-How = Literal["in process", "lockstep", "processes"]
-HOW: Final[tuple[str, ...]] = get_args(How)
-
 
 def play(
     match: str | Path,
     players: Mapping[str, str] | None = None,
     *,
-    how: How = "in process",
+    how: Literal["in process", "lockstep", "processes"] = "in process",
     engine: str | None = None,
     seed: int | None = None,
     rate: float | Literal["max"] | None = None,
@@ -61,27 +58,25 @@ def play(
         KeyboardInterrupt: the match was broken off by Ctrl-C, which only the main thread hears; its processes have
             ended, and the run is kept.
     """
-    if how not in HOW:
-        raise ConfigError([f"how: expected one of {', '.join(HOW)}, got {how!r}"])
-    if rate == "max" and how == "processes":
+    if how not in tuple(How):
+        raise ConfigError([f"how: expected one of {', '.join(How)}, got {how!r}"])
+    way = How(how)
+    if rate == "max" and way is How.PROCESSES:
         raise ConfigError(["rate: expected a number, as processes are paced by the match clock, got 'max'"])
     number = None if rate == "max" else rate
     setup = load_match(match_path(str(match)), engine=engine, seed=seed, rate=number, sandbox=sandbox)
     setup = played_by(setup, players or {})
-    way = Way(
-        in_process=how == "in process", lockstep=how == "lockstep", paced=number is not None,
-        secured=how == "processes" and setup.has_seats,
+    launch = Launch(
+        setup=setup.all_here() if way is How.IN_PROCESS else setup, how=way, console=Console(quiet=True),
+        record=record, paced=number is not None, secured=way is How.PROCESSES and setup.has_seats,
     )  # fmt: skip
-    if way.in_process:
-        setup = setup.all_here()
-    show = Show(Console(quiet=True), window=False, record=record)
-    with fork_server(wanted=how != "in process") as server:
-        setup = prepare(setup, way, server)
-        if how == "processes":
+    with fork_server(wanted=way is not How.IN_PROCESS) as server:
+        launch = prepare(launch, server)
+        if way is How.PROCESSES:
             with trial() as tried:
-                check_strategies(setup, tried.make)
-        folder = new_run(setup, Path(runs), show)
-        played = play_setup(setup, folder, show, server, way, stop)
+                check_strategies(launch.setup, tried.make)
+        folder = new_run(launch, Path(runs))
+        played = play_launch(launch, folder, server, stop)
     if played.interrupted and not played.over and not (stop is not None and stop.is_set()):
         raise KeyboardInterrupt(f"the run is kept in {folder.path}")
     return Run(folder.path)

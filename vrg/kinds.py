@@ -103,8 +103,9 @@ _WINDOW = "vrg.launch.serving:run_window"
 _DECIDES = (SeatKind.OFFICIAL, SeatKind.WINDOW)
 
 ROUTER = Kind(
-    name="router", about="routes all messages of a match", seats=(SeatKind.ROUTER,), process="router", stop_order=3
-)
+    name="router", about="routes all messages of a match", seats=(SeatKind.ROUTER,), process="router", stop_order=3,
+    essential=True,
+)  # fmt: skip
 WORLD = Kind(
     name="world", about="physics, sensors and the match clock", seats=(SeatKind.WORLD,), process="world",
     node="vrg.launch.nodes.world:world", runner="vrg.bus.process:run_world", stop_order=2, essential=True, keeps=True,

@@ -12,8 +12,7 @@ import pytest
 from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
 from vrg.launch import greed, managed
-from vrg.launch.child import Job
-from vrg.launch.managed import ProcessSpec
+from vrg.launch.process import Process
 from vrg.launch.supervisor import Supervisor
 from vrg.testing.waiting import wait_until
 
@@ -43,18 +42,14 @@ Make = Callable[..., Supervisor]
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
     (tmp_path / "players.py").write_text(PLAYER, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.getcwd()}")
-    monkeypatch.setattr(managed, "child", SimpleNamespace(__name__="players"))
+    monkeypatch.setattr(managed, "serving", SimpleNamespace(__name__="players"))
     made: list[Supervisor] = []
 
     def supervisor(*kinds: str, memory: int = 2000) -> Supervisor:
         specs = [
-            ProcessSpec(
-                f"p{number}",
-                Job(kind="player", router="tcp/h:1", run=str(tmp_path), name=f"p{number}", strategy=kind).arguments,
-                None, 1, 1, seat=True, says="started",
-            )
+            Process(name=f"p{number}", kind="player", run=str(tmp_path), strategy=kind, says="started")
             for number, kind in enumerate(kinds)
-        ]  # fmt: skip
+        ]
         made.append(Supervisor(specs, "tcp/h:1", Keys("match"), tmp_path, lambda _: None, memory=memory))
         made[0].begin(1)
         while made[0].starting:
@@ -83,9 +78,9 @@ def test_who_fails_by_the_same_error_for_the_third_time_ends_the_match_and_is_na
 ) -> None:
     (tmp_path / "players.py").write_text(PLAYER, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.getcwd()}")
-    monkeypatch.setattr(managed, "child", SimpleNamespace(__name__="players"))
-    job = Job(kind="coordinator", router="tcp/h:1", run=str(tmp_path), name="referee", strategy="broken")
-    spec, said = ProcessSpec("referee", job.arguments, None, 1, 1, says="started"), list[str]()
+    monkeypatch.setattr(managed, "serving", SimpleNamespace(__name__="players"))
+    spec = Process(name="referee", kind="coordinator", run=str(tmp_path), strategy="broken", says="started")
+    said = list[str]()
     supervisor = Supervisor([spec], "tcp/h:1", Keys("match"), tmp_path, said.append)
     try:
         supervisor.begin(1)

@@ -14,6 +14,7 @@ from vrg.config.setup import MatchSetup, unknown_match
 from vrg.errors import LaunchError
 from vrg.launch.context import NodeContext
 from vrg.launch.nodes import windows
+from vrg.launch.process import Process
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.views import synthetic
 from vrg.ui.commander.node import Commander
@@ -45,7 +46,8 @@ def made(setup: MatchSetup, team: str, run: Path, session: Referee, *, official:
     if session._state is None:
         stop.set()
     context = NodeContext(
-        setup=setup, name=team, folder=RunFolder(run), given=True, router="tcp/127.0.0.1:1",
+        process=Process(name=team, kind="commander", node=team, router="tcp/127.0.0.1:1", run=str(run)),
+        setup=setup, folder=RunFolder(run),
         session=session,  # type: ignore[arg-type]
         stop=stop, official=official, own=False, secret="",
     )  # fmt: skip

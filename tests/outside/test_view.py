@@ -8,7 +8,6 @@ from vrg.commands.groups import PlayOptions
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.kinds import KINDS, kind_shown
-from vrg.launch.specs import kind_of
 from vrg.plugins import CHECKS, Option
 from vrg.registry import load_object
 from vrg.testing.command_line import command_line, play_options
@@ -19,7 +18,7 @@ def test_a_view_is_listed_found_and_opened(monkeypatch: pytest.MonkeyPatch, caps
     assert "Prints every call" in vrg("show").out
     assert "--listen" in vrg("show", "crier", "--help").out
     kind, setup = kind_shown("crier", "opens"), load_match(match_path("race"))
-    assert kind_of(setup, "crier") is kind
+    assert KINDS.get("crier") is kind
     opening = load_object(kind.opens)(setup, None, secured=False)
     assert opening.name == "hear ye"
     assert opening.words("tcp/lab:7447") == "the calls of race, by tcp/lab:7447"

@@ -29,7 +29,7 @@ from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.windows import spectator_node
-from vrg.playing import match as how
+from vrg.playing import in_steps, match
 from vrg.playing.in_process import LINGER, Ending
 from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
@@ -222,9 +222,9 @@ def test_the_clock_tells_how_fast_a_match_is_played(
         return watch[0]
 
     ticks = itertools.count()
-    monkeypatch.setattr(how, "_pace", lambda _stop, _rate: lambda _time: next(ticks) < 20)
-    monkeypatch.setattr(how, "recorder_node", watched)
-    monkeypatch.setattr(how, "plot", lambda *_: None)
+    monkeypatch.setattr(in_steps, "_pace", lambda _stop, _rate: lambda _time: next(ticks) < 20)
+    monkeypatch.setattr(in_steps, "recorder_node", watched)
+    monkeypatch.setattr(match, "plot", lambda *_: None)
     typed = "2.5" if paced else None
     options = playing.PlayOptions(in_process=True, engine="planar", rate=typed, seed=0, headless=True, runs=tmp_path)
     with pytest.raises(typer.Exit):
@@ -263,7 +263,7 @@ def test_a_halt_that_nobody_can_resume_is_the_end(tmp_path: Path, resumable: boo
 def test_where_nobody_can_resume_a_halt_no_command_is_advised(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(how, "recorder_node", lambda setup, _: Halting(setup))
+    monkeypatch.setattr(in_steps, "recorder_node", lambda setup, _: Halting(setup))
     options = playing.PlayOptions(in_process=True, engine="planar", seed=0, headless=True, runs=tmp_path)
     with pytest.raises(typer.Exit) as end:
         playing.play_match("sharks-and-minnows", options, ForkServer())
@@ -328,7 +328,7 @@ def test_a_match_at_the_rate_of_a_clock_does_not_hurry_after_a_stall() -> None:
             now += pauses[-1]
             return False
 
-    pace = how._pace(Waits(), 2.0, lambda: now)
+    pace = in_steps._pace(Waits(), 2.0, lambda: now)
     now = 9.0  # a long start
     assert all(pace(0.1 * tick) for tick in range(5))
     assert pauses == pytest.approx([0.05] * 4)

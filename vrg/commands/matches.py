@@ -60,11 +60,11 @@ class Attached:
 
     def serve(self, kind: Kind, name: str = "", run: Path | None = None, secret: str = "") -> None:
         """Run a node of it in this process until it ends; see `vrg.launch.serving.serve`."""
-        from vrg.launch.serving import serve  # a decision needs no node
+        from vrg.launch.process import by_hand  # a decision needs no node
+        from vrg.launch.serving import serve
 
-        keys = keys_of(self.endpoint, self.typed_keys)
-        stop = serve(kind, self.setup, router=self.endpoint, run=run, name=name, keys=keys, secret=secret, quiet=True)
-        exit_if_interrupted(stop)
+        process = by_hand(kind, name, self.endpoint, run=run, keys=keys_of(self.endpoint, self.typed_keys))
+        exit_if_interrupted(serve(process, self.setup, secret=secret, quiet=True))
 
 
 def which_match(on: MatchOptions) -> tuple[str, str]:

@@ -24,6 +24,7 @@ from vrg.commands.options import (
 from vrg.config.targets import whole_target
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind, Opening
+from vrg.launch.process import by_hand
 from vrg.launch.sandbox.variables import start_with_named_variables
 from vrg.launch.serving import child_process, is_sealed, serve, serve_router
 from vrg.registry import expected_one_of, load_object, loaded
@@ -81,7 +82,7 @@ def _serve(kind: Kind, on: NodeOptions, name: str = "", strategy: str | None = N
     keys = on.keys if at.startswith("tls/") else None
     if kind.plays and is_sealed(setup, name, seats=keys is not None):
         start_with_named_variables()
-    exit_if_interrupted(serve(kind, setup, router=at, run=on.run, name=name, keys=keys))
+    exit_if_interrupted(serve(by_hand(kind, name, at, run=on.run, keys=keys), setup))
 
 
 def player(

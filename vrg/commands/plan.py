@@ -10,7 +10,8 @@ from vrg.config.files import HERE
 from vrg.config.loading import idle_machines
 from vrg.config.setup import CheckedMatch
 from vrg.kinds import WEB
-from vrg.launch.specs import placed
+from vrg.launch.plan import planned
+from vrg.launch.process import Process
 from vrg.runs.keeping import files_of
 
 
@@ -21,7 +22,8 @@ def print_plan(setup: CheckedMatch, console: Console, *, window: bool, record: b
         window: True if the spectator would be opened. record: True if the recorder would run.
         web: True if the page would be served.
     """
-    where = placed(setup, window=window, record=record, served=[WEB.process] if web else [])
+    views = [Process(name=WEB.process, kind=WEB.name)] if web else []
+    processes = list(planned(setup, window=window, record=record, views=views))
     players = {player.name: player for player in setup.players}
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for name in ("machine", "host", "process", "what it runs"):
@@ -29,7 +31,7 @@ def print_plan(setup: CheckedMatch, console: Console, *, window: bool, record: b
     for machine in (HERE, *setup.hosts):
         host = setup.hosts[machine].host if machine in setup.hosts else "this machine"
         first = True
-        for process in (name for name, placed_at in where.items() if placed_at == machine):
+        for process in (one.name for one in processes if one.machine == machine):
             player = players.get(process)
             what = "" if player is None else f"{player.role}, {player.backend}, {player.strategy}"
             shown = (machine, host) if first else ("", "")

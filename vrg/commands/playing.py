@@ -1,5 +1,6 @@
 """The course of `vrg play`: it plays a match, shows it on the terminal, and prints how it ended."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -16,10 +17,11 @@ from vrg.errors import ConfigError
 from vrg.hal.sim.engines import BULLET, default_engine
 from vrg.kinds import SPECTATOR, WEB, Opening, kind_shown
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.over_processes import Show
-from vrg.launch.specs import placed, window_of
+from vrg.launch.plan import planned, window_of
+from vrg.launch.process import Process
 from vrg.playing.apart import DEADLINE
-from vrg.playing.match import Way, new_run, play, prepare, sealing, undriven
+from vrg.playing.launch import How, Launch
+from vrg.playing.match import new_run, play, prepare, sealing, undriven
 from vrg.registry import loaded
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.web.drawers import DRAWERS
@@ -60,23 +62,25 @@ def play_match(
         return None
     keys = None if options.seats is False else options.keys
     secured = keys is not None or (setup.has_seats if options.seats is None else options.seats)
-    way = Way(
-        in_process=options.in_process, lockstep=options.lockstep, paced=options.speed is not None,
-        deadline=options.deadline or DEADLINE, secured=secured and not options.steps, keys=keys,
+    how = How.IN_PROCESS if options.in_process else How.LOCKSTEP if options.lockstep else How.PROCESSES
+    launch = Launch(
+        setup=setup, how=how, console=console, window=window, record=options.record,
+        paced=options.speed is not None, deadline=options.deadline or DEADLINE,
+        secured=secured and not options.steps, keys=keys,
     )  # fmt: skip
-    setup = prepare(setup, way, server)
-    show = _shown(setup, options, console, way, window=window)
-    if why_none is not None and (way.paced or not way.steps):
-        show.announce(f"no window: {why_none}")
-    show.announce(*sealing(setup, seats=way.secured))
-    show.announce(*undriven(setup, show.served))
-    folder = new_run(setup, options.runs, show)
+    launch = _shown(prepare(launch, server), options)
+    setup = launch.setup
+    if why_none is not None and (launch.paced or not launch.steps):
+        launch.announce(f"no window: {why_none}")
+    launch.announce(*sealing(setup, seats=launch.secured))
+    launch.announce(*undriven(setup, [view.name for view in launch.views]))
+    folder = new_run(launch, options.runs)
     lacking = " (PyBullet is not installed)" if setup.engine == default_engine() != BULLET else ""
     about = f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}{lacking}; run in {folder.path}"
     console.print(about, soft_wrap=True)
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
-    played = play(setup, folder, show, server, way)
+    played = play(launch, folder, server)
     if not played.over or played.state is None:
         raise typer.Exit(130 if played.interrupted else 1)
     if all(player.state == DISQUALIFIED for player in played.state.players):
@@ -84,23 +88,27 @@ def play_match(
     return folder, setup
 
 
-def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, *, window: bool) -> Show:
-    """The views of the match that were asked for."""
+def _shown(launch: Launch, options: PlayOptions) -> Launch:
+    """A match with the views that were asked for."""
+    setup, console = launch.setup, launch.console
     names = [player.name for player in setup.players]
-    taken = placed(setup, window=window, record=options.record)
+    taken = {process.name for process in planned(setup, window=launch.window, record=launch.record)}
+    views: list[Process] = []
     page = None
     if options.address is not None:
         if options.drawer:
             DRAWERS.get(options.drawer)
         known = page_of(options.page) if options.page else None
-        page = open_page(*options.address, names, keys=way.keys, tls=options.tls, known=known)
+        page = open_page(*options.address, names, keys=launch.keys, tls=options.tls, known=known)
+        views.append(Process(name=WEB.process, kind=WEB.name))
     opened: dict[str, Opening] = {}
     for name, typed in options.views.items():
         kind = kind_shown(name, "opens")
         if kind.process in taken or kind.process in opened or not kind.process:
             other = "player" if kind.process in names else "process"
             raise ConfigError(f"--show {name}: its process has the name of the {other} {kind.process}: rename that one")
-        opened[kind.process] = loaded(kind.opens, f"--show {name}")(setup, typed, secured=way.secured)
+        opened[kind.process] = loaded(kind.opens, f"--show {name}")(setup, typed, secured=launch.secured)
+        views.append(Process(name=kind.process, kind=kind.name, node=opened[kind.process].name))
 
     def ready(process: str, endpoint: str) -> None:
         if process == WEB.process and page is not None and not options.page:
@@ -108,8 +116,7 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
         if process in opened:
             console.print(opened[process].words(endpoint), soft_wrap=True)
 
-    served = {process: opening.name for process, opening in opened.items()}
-    return Show(console, window=window, record=options.record, page=page, served=served, ready=ready)
+    return replace(launch, page=page, views=views, ready=ready)
 
 
 def wants_replay(folder: RunFolder) -> bool:

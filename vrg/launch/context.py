@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
+from vrg.launch.process import Process
 from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ class NodeContext:
     """The process that a node is made in.
 
     Args:
-        setup: of the match. name: of the player, the source or the window, or the address where it serves.
-        folder: the run folder. given: whether it is that of the match, and not just where files may be written.
-        router: the endpoint of the match's router. session: with it; None in a match in one process, which has no bus.
+        process: its process. setup: of the match.
+        folder: the run folder, or just where files may be written.
+        session: with the match's router; None in a match in one process, which has no bus.
         stop: what stops the process.
         official: whether its seat may decide. own: whether it is one of the match's own processes: any number of others
             may be opened beside them.
@@ -43,11 +44,9 @@ class NodeContext:
         stack: what is entered here is left when the process ends.
     """
 
+    process: Process
     setup: MatchSetup
-    name: str
     folder: RunFolder
-    given: bool
-    router: str
     session: "Session | None"
     stop: "Stop"
     official: bool
@@ -57,9 +56,14 @@ class NodeContext:
     stack: ExitStack = field(default_factory=ExitStack)
 
     @property
+    def name(self) -> str:
+        """The name of its player, source, team or window, or the address where it serves."""
+        return self.process.node
+
+    @property
     def run(self) -> Path | None:
         """The run folder; None if it is not known."""
-        return self.folder.path if self.given else None
+        return self.folder.path if self.process.run else None
 
     def named(self, usual: str) -> str:
         """The name of its node: the usual one, or one that nobody else has where several may run."""

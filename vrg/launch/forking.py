@@ -30,7 +30,7 @@ from typing import NoReturn
 from vrg.system import end_group
 
 PRELOADED = (
-    "vrg.launch.child",
+    "vrg.launch.serving",
     "vrg.agents.player",
     "vrg.launch.nodes.player",
     "vrg.bus.session",

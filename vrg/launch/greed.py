@@ -49,10 +49,10 @@ class Greed:
             self._looking.start()
 
     def _look(self, watched: Sequence[tuple[ManagedProcess, int]], now: float) -> None:
-        used = _memory([pid for process, pid in watched if process.spec.seat])
+        used = _memory([pid for process, pid in watched if process.spec.plays])
         for process, pid in watched:
             written = process.log.grow(now)
-            if not process.spec.seat:
+            if not process.spec.plays:
                 continue
             if used[pid] > 1_000_000 * (_SLACK * self._memory + _OWN):
                 why = f"it uses more than {self._memory} MB of memory"

@@ -4,15 +4,16 @@ import contextlib
 import os
 import signal
 import time
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import psutil
+from msgspec import structs
 
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError
-from vrg.launch import child
+from vrg.launch import serving
 from vrg.launch.fork_server import Child, ForkServer
+from vrg.launch.process import Process
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.pulses import Progress
 from vrg.launch.sandbox.excess import proc_text
@@ -27,49 +28,6 @@ KILLED = 2.0
 """The real time in s within which a process ends that was killed, unless it waits for a device."""
 
 
-@dataclass(frozen=True)
-class ProcessSpec:
-    """The description of a process and of how it is run.
-
-    Args:
-        name: the name of the process and of its log.
-        arguments: the arguments of `vrg.launch.child`, or of the `vrg` command.
-        pulse: the key of its pulse, whose first message tells that it is ready; None if it is no node of the match.
-        group: processes of a lower group must be ready before those of a higher group are started.
-        stop_order: processes of a lower number are stopped before those of a higher number.
-        essential: True if there is no match without it.
-        says: the text that a process without a pulse prints when it is ready; None for the router.
-        command: True if it is run as a `vrg` command.
-        seat: True if it is a player's process, which may be disqualified.
-        physical: True if it is one of a physical robot.
-        trusted: True gives it all environment variables, False those that strangers may know.
-        secret: a line that it is given on its standard input, where no list of processes and no log shows it.
-    """
-
-    name: str
-    arguments: tuple[str, ...]
-    pulse: str | None
-    group: int
-    stop_order: int
-    essential: bool = True
-    says: str | None = None
-    command: bool = False
-    seat: bool = False
-    physical: bool = False
-    trusted: bool = True
-    secret: str = field(default="", repr=False)
-
-    @property
-    def node(self) -> str:
-        """The kind and the name of its node, such as `player/ann`; empty if it is no node of the match."""
-        return "" if self.pulse is None else "/".join(self.pulse.split("/")[-2:])
-
-    @property
-    def is_router(self) -> bool:
-        """True if this is the router. It has no pulse, because it runs before there is a bus."""
-        return self.pulse is None and self.says is None
-
-
 class ManagedProcess:
     """A child process of the supervisor.
 
@@ -77,7 +35,8 @@ class ManagedProcess:
     leash: it is closed when the supervisor dies, and then the child stops.
 
     Args:
-        spec: what to run. log: the file that its output is appended to.
+        spec: what to run. secret: a line that it is given on its standard input, where no list of processes and no log
+            shows it; empty for none. log: the file that its output is appended to.
         server: the fork server that starts the child, as long as the server lives.
 
     Attributes:
@@ -86,8 +45,8 @@ class ManagedProcess:
         strikes: counts how often it has failed, by monotonic time.
     """
 
-    def __init__(self, spec: ProcessSpec, log: Path, server: ForkServer) -> None:
-        self.spec = spec
+    def __init__(self, spec: Process, log: Path, server: ForkServer, secret: str = "") -> None:
+        self.spec, self._secret = spec, secret
         self._server = server
         self.log = ProcessLog(log)
         self.strikes = Strikes()
@@ -101,7 +60,7 @@ class ManagedProcess:
     @property
     def has_said(self) -> bool:
         """True if it has printed the text by which it reports that it is ready, since it was last started."""
-        if self.spec.says is None:
+        if not self.spec.says:
             return False
         with self.log.path.open("rb") as log:
             log.seek(self._log_begins)
@@ -131,16 +90,16 @@ class ManagedProcess:
         try:
             with self.log.open() as log:
                 self._log_begins = log.tell()
-                module = "vrg" if self.spec.command else child.__name__
+                module = "vrg" if self.spec.command else serving.__name__
                 self._process = self._server.run(
                     module, self.spec.arguments, log, forked=not self.spec.command, trusted=self.spec.trusted
                 )
         except OSError as error:
             raise LaunchError(f"{self.spec.name}: cannot be started: {error}") from error
-        if self.spec.secret:
+        if self._secret:
             # One that has ended already is seen to have.
             with contextlib.suppress(OSError):
-                os.write(self._process.stream.fileno(), f"{self.spec.secret}\n".encode())
+                os.write(self._process.stream.fileno(), f"{self._secret}\n".encode())
 
     def stuck(self, now: float) -> str | None:
         """The reason, in words, why a process that is not ready will never be; None as long as it makes progress.
@@ -176,7 +135,7 @@ class ManagedProcess:
             name=self.spec.name,
             machine=machine,
             state=state,
-            node=self.spec.node,
+            node=self.spec.node_id,
             pid=pid,
             cpu=self._load(),
             memory=self.memory,
@@ -194,13 +153,13 @@ class ManagedProcess:
                 load += float(process.cpu_percent())
         return round(load / 100, 3)
 
-    def play(self, arguments: tuple[str, ...]) -> None:
-        """Start the child, which has ended, with other arguments, as one that has never failed.
+    def play(self, strategy: str) -> None:
+        """Start the child, which has ended, with another strategy, as one that has never failed.
 
         Raises:
             LaunchError: it cannot be started.
         """
-        self.spec = replace(self.spec, arguments=arguments, trusted=False)
+        self.spec = structs.replace(self.spec, strategy=strategy, trusted=False)
         self.strikes = Strikes()
         self.log.forget()
         self.start()

@@ -1,4 +1,10 @@
-"""The life of every process of a match, from its start to its end: it runs one node, or the router."""
+"""The life of every process of a match, from its start to its end: it runs one node, or the router.
+
+`python -P -m vrg.launch.serving PROCESS` is one that the supervisor has started. It does the same as `vrg node world`,
+`vrg node player` and so on, but it reads the set-up that the launcher has checked already, and it does not load the
+command line. In most cases it is forked from the fork server and needs no new interpreter. So twelve processes start in
+about the time of one.
+"""
 
 import json
 import logging
@@ -7,33 +13,41 @@ import select
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vrg.blame import DecisionTimeoutError
+from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.access import rules
 from vrg.bus.process import Statistics, run_node
 from vrg.bus.session import Session, open_router, open_session
 from vrg.bus.stopping import Stop, StopSignal, stop_on_signals
 from vrg.bus.topics import Keys
-from vrg.config.setup import MatchSetup
-from vrg.errors import HangError
-from vrg.kinds import ROUTER, Kind
+from vrg.config.setup import MatchSetup, read_setup
+from vrg.errors import HangError, LaunchError, StrategyError, VrgError
+from vrg.kinds import KINDS, PLAYER, ROUTER, WEB
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
+from vrg.launch.folder_lock import delete_abandoned_keys
+from vrg.launch.process import Process, process_of
 from vrg.launch.process_log import LOG_FORMAT
 from vrg.registry import load_object
 from vrg.runs.run_folder import RunFolder
 from vrg.seats.credentials import find_credentials, is_official
 from vrg.system import POSIX, bound_processor_time
+from vrg.types import printable
 
 if TYPE_CHECKING:
     from vrg.ui.window.window_node import WindowNode
 
 log = logging.getLogger(__name__)
 
+FAILED_FOR_GOOD, HUNG = 3, 4
+"""The exit status of a player whose strategy has failed in a way that makes another start useless, or hangs."""
+LEASH = 0
+"""The descriptor of the standard input, which the supervisor holds as a leash."""
 LEASH_TIMEOUT = 10.0
 """The real time in s that a node has to stop once its supervisor is gone."""
 STUCK = 30.0
@@ -41,25 +55,65 @@ STUCK = 30.0
 is ended. This does not need a supervisor."""
 
 
-def serve(
-    kind: Kind,
-    setup: MatchSetup,
-    *,
-    router: str,
-    run: Path | None = None,
-    name: str = "",
-    keys: Path | None = None,
-    leash: bool = False,
-    secret: str = "",
-    quiet: bool = False,
-) -> Stop:
+def main(arguments: Sequence[str]) -> int:
+    """Be the process that the supervisor has started, and return its exit status.
+
+    Args:
+        arguments: a `Process` as JSON.
+    """
+    from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
+
+    process = process_of(arguments[0])
+    setproctitle(process.title)
+    folder, keys = RunFolder(Path(process.run)), None if process.keys is None else Path(process.keys)
+    try:
+        if process.is_router:
+            routed = None if keys is None else read_setup(folder.setup)
+            stop = serve_router(process.router, upstream=process.upstream, setup=routed, keys=keys, leash=True)
+        else:
+            setup = read_setup(folder.setup_of(process.node) if process.kind == PLAYER.name else folder.setup)
+            if process.strategy:
+                setup = setup.substituted(process.node, process.strategy)
+            stop = serve(process, setup, leash=True, secret=read_secret() if process.kind == WEB.name else "")
+    except VrgError as error:
+        print(f"vrg: {printable(str(error), lines=True)}", file=sys.stderr)
+        if isinstance(error, HangError):
+            return HUNG
+        return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
+    except KeyboardInterrupt:
+        return 130
+    except Exception as error:  # of the rules of any game, or the driver of any robot: the log has the whole of it
+        traceback.print_exception(error)
+        print(f"vrg: {failure_of(error)}", file=sys.stderr)
+        return 1
+    finally:
+        if keys is not None:
+            delete_abandoned_keys([keys])  # if the launcher was killed
+    return 130 if stop.interrupted else 0
+
+
+def read_secret() -> str:
+    """The line that the supervisor has written to this process's standard input.
+
+    Raises:
+        LaunchError: there is none.
+    """
+    # The leash is read by its descriptor, too: no more than the line may be taken from it.
+    line = bytearray()
+    while not line.endswith(b"\n"):
+        byte = os.read(LEASH, 1)
+        if not byte:
+            raise LaunchError("expected a line on standard input, found its end: the supervisor is gone")
+        line += byte
+    return line.decode().rstrip("\n")
+
+
+def serve(process: Process, setup: MatchSetup, *, leash: bool = False, secret: str = "", quiet: bool = False) -> Stop:
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
     Args:
-        kind: what the node is; not the router. name: of a player, a source or a window, or where others serve.
-        router: the endpoint of the router.
-        keys: the folder of the keys of the match's seats; None in a match without them.
-        run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
+        process: what the node is; not the router. A world goes on from its snapshot in the run folder, and a
+            coordinator from its journal, in HALT.
         leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
         secret: see `vrg.launch.context.NodeContext`.
         quiet: True logs only warnings, and keeps no statistics: a person runs it beside a match.
@@ -67,8 +121,10 @@ def serve(
     Raises:
         VrgError: the router or the robot cannot be reached, the set-up has problems, or a node of that name runs.
     """
-    folder = RunFolder(run or Path("runs") / setup.name)
-    if run is not None or kind.keeps:
+    kind, name = KINDS.get(process.kind), process.node
+    folder = RunFolder(Path(process.run) if process.run else Path("runs") / setup.name)
+    keys = None if process.keys is None else Path(process.keys)
+    if process.run or kind.keeps:
         folder.prepare()
     if kind.draws and keys is not None and not setup.secret:
         # Where no launcher has drawn one; nothing that these kinds draw is the same.
@@ -77,13 +133,11 @@ def serve(
     credentials = None if keys is None else find_credentials(keys, kind.seats_of(name))
     with ExitStack() as stack:
         stop = stack.enter_context(child_process(leash, quiet=quiet))
-        session = stack.enter_context(open_session(router, stop=stop, credentials=credentials))
+        session = stack.enter_context(open_session(process.router, stop=stop, credentials=credentials))
         context = NodeContext(
+            process=process,
             setup=setup,
-            name=name,
             folder=folder,
-            given=run is not None,
-            router=router,
             session=session,
             stop=stop,
             official=is_official(credentials),
@@ -98,7 +152,7 @@ def serve(
             statistics: Statistics = load_object(kind.runner)(node, session, setup.keys, stop, **made.options)
         except DecisionTimeoutError as error:
             raise HangError(str(error)) from None
-        kept = (run is not None or kind.keeps) and not quiet
+        kept = (process.run or kind.keeps) and not quiet
         _report(folder if kept else None, node.name, statistics, node.counted())
         return stop
 
@@ -220,3 +274,7 @@ def _report(folder: RunFolder | None, name: str, statistics: Statistics, counted
             (folder.logs / f"{name}.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
         except OSError as error:
             log.warning("statistics cannot be kept: %s", error)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

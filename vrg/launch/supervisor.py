@@ -2,10 +2,9 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-
-from msgspec import structs
+from types import MappingProxyType
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import ProcessStatus
@@ -15,11 +14,12 @@ from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
 from vrg.kinds import SPECTATOR
-from vrg.launch.child import FAILED_FOR_GOOD, HUNG, job_of
 from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
-from vrg.launch.managed import HANDOVER, STOP_TIMEOUT, ManagedProcess, ProcessSpec
+from vrg.launch.managed import HANDOVER, STOP_TIMEOUT, ManagedProcess
+from vrg.launch.process import Process
 from vrg.launch.pulses import Pulses
+from vrg.launch.serving import FAILED_FOR_GOOD, HUNG
 from vrg.runs.events import EventKind, NoNotes, Notes
 from vrg.seats.credentials import Credentials
 
@@ -48,6 +48,7 @@ class Supervisor:
         disqualify: True disqualifies a player that has failed for good; False halts the match.
         memory: the most memory that a player's process may use, MB.
         machine: the name of this machine in the match file. notes: the log of events of the processes.
+        secrets: the line that a process alone is given on its standard input, by its name.
         credentials: those of the supervisor's own seat; None in a match without seats.
 
     Attributes:
@@ -56,7 +57,7 @@ class Supervisor:
 
     def __init__(
         self,
-        specs: Sequence[ProcessSpec],
+        specs: Sequence[Process],
         endpoint: str,
         keys: Keys,
         logs: Path,
@@ -67,6 +68,7 @@ class Supervisor:
         memory: int = 2000,
         machine: str = HERE,
         notes: Notes | None = None,
+        secrets: Mapping[str, str] = MappingProxyType({}),
         credentials: Credentials | None = None,
     ) -> None:
         self._endpoint = endpoint
@@ -78,9 +80,7 @@ class Supervisor:
         self._errors: Counter[tuple[str, str]] = Counter()
         self._disqualify = disqualify
         self._mailbox = Mailbox()
-        self._beats = self._mailbox.subscribe(
-            keys.pulse(), only=[spec.pulse for spec in specs if spec.pulse is not None]
-        )
+        self._beats = self._mailbox.subscribe(keys.pulse(), only=[spec.pulse for spec in specs if spec.pulse])
         self._pulses = Pulses(time.monotonic())
         self._greed = Greed(memory)
         self._session: Session | None = None
@@ -91,7 +91,10 @@ class Supervisor:
         self._looked = 0.0
         self._vacant: set[str] = set()
         self._endings: dict[str, Iterator[None]] = {}
-        self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
+        self.processes = [
+            ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer(), secrets.get(spec.name, ""))
+            for spec in specs
+        ]
         self._router = next((process for process in self.processes if process.spec.is_router), None)
 
     @property
@@ -132,7 +135,7 @@ class Supervisor:
         try:
             process.start()
         except LaunchError as error:
-            if not process.spec.seat:
+            if not process.spec.plays:
                 raise
             self._vacate(process, str(error))
 
@@ -164,7 +167,7 @@ class Supervisor:
                 except LaunchError:
                     # One student's bug does not keep the others from playing; a robot that is not there does.
                     absent = process.spec.physical and process.exit_status == 1
-                    if absent or not (process.spec.seat and self._disqualify):
+                    if absent or not (process.spec.plays and self._disqualify):
                         raise
                     self._starting.remove(process)
                     if process.exit_status is None:
@@ -239,7 +242,7 @@ class Supervisor:
 
     def play(self, name: str, strategy: str) -> None:
         """Let a player of this machine play by another strategy, in a new process, once the present one has ended."""
-        (process,) = (p for p in self.processes if p.spec.name == name and p.spec.seat)
+        (process,) = (p for p in self.processes if p.spec.name == name and p.spec.plays)
         self._notes.note(EventKind.REPLACED, name, f"plays by {strategy}")
         self._end(process, self._replaced(process, strategy))
 
@@ -271,7 +274,7 @@ class Supervisor:
         name = process.spec.name
         self._notes.note(EventKind.KILLED, name, what)
         process.kill()
-        if process.spec.seat and not process.strikes.hang(now):
+        if process.spec.plays and not process.strikes.hang(now):
             self._vacate(process, f"it {what}, again")
         else:
             self._announce(f"{name} {what}: killed")
@@ -284,7 +287,7 @@ class Supervisor:
         name = process.spec.name
         self._vacant.discard(name)
         try:
-            process.play(structs.replace(job_of(process.spec.arguments), strategy=strategy).arguments)
+            process.play(strategy)
         except LaunchError as error:
             self._vacate(process, str(error))
 
@@ -350,7 +353,7 @@ class Supervisor:
         what = self._what_it_said(process)
         self._notes.note(EventKind.DIED, name, what, status=status)
         again = process.strikes.hang(now) if status == HUNG else process.strikes.failure(now)
-        if process.spec.seat and status == FAILED_FOR_GOOD:
+        if process.spec.plays and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
         elif again and not self._repeats(process, what):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
@@ -358,7 +361,7 @@ class Supervisor:
             self._notes.note(EventKind.STARTED, name)
             if process.spec.is_router:
                 self._router_since = now
-        elif process.spec.seat:
+        elif process.spec.plays:
             self._vacate(process, f"it {'hangs again' if status == HUNG else 'fails too often'}: {what}")
         elif process.spec.essential:
             raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}")
@@ -372,7 +375,7 @@ class Supervisor:
         Between two of them an official lets the match go on, which may take any time.
         """
         of_its_own = 0 < (process.exit_status or 0) < UNKNOWN_STATUS
-        if process.spec.seat or not (process.spec.essential and of_its_own):
+        if process.spec.plays or not (process.spec.essential and of_its_own):
             return False
         self._errors[process.spec.name, what] += 1
         return self._errors[process.spec.name, what] >= SAME_FAILURES
@@ -407,7 +410,7 @@ class Supervisor:
             self._notes.note_at_next_clock(EventKind.READY, router.spec.name)
         hung = self._pulses.hung()
         for process in self.processes:
-            stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
+            stuck = None if process.ready or not process.spec.pulse else process.stuck(now)
             if process.pid is not None and (process.spec.name in hung or stuck) and not self._is_out(process):
                 self._end(process, self._hung(process, stuck or "hangs", now))
         quiet = self._pulses.silence(now) > NOTICE_TIMEOUT

@@ -1,101 +1,38 @@
 """Plays a match to its end, in this process or as processes, and writes what it leaves: see `play`."""
 
-import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from contextlib import contextmanager
+from dataclasses import replace
 from datetime import datetime
 from itertools import accumulate
 from pathlib import Path
-from typing import Final
 
 from rich.console import Console
 from rich.markup import escape
 
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import RefereeState, Stage
-from vrg.bus.node import Node
-from vrg.bus.stopping import Stop, StopSignal, stop_on_signals
+from vrg.bus.messages import RefereeState
+from vrg.bus.stopping import StopSignal, stop_on_signals
 from vrg.config.loading import check_strategies, load_match
-from vrg.config.setup import CheckedMatch, MatchSetup, write_setup
+from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, installed
 from vrg.kinds import every_kind
-from vrg.launch.context import Made, NodeContext
 from vrg.launch.fork_server import ForkServer, fork_server
-from vrg.launch.nodes.recorder import recorder_node
-from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.over_processes import Launch, Show
 from vrg.launch.serving import is_sealed
-from vrg.launch.specs import window_of
-from vrg.playing import deciding, in_process
-from vrg.playing.apart import DEADLINE
+from vrg.playing import deciding, in_steps, over_processes
+from vrg.playing.launch import How, Launch, Played, Way
 from vrg.playing.strategies import Strategies
 from vrg.playing.trial import trial
-from vrg.registry import load_object, plugins
+from vrg.registry import plugins
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import conclusion, ended_of, plot, summary, write_result
 from vrg.runs.run_folder import RunFolder
-from vrg.runs.step_log import StepLog
-from vrg.system import POSIX
-from vrg.ui.banner import Help
-from vrg.ui.table import TerminalTable
-
-_LAG: Final = 0.2
-"""The real time in s that a match in lockstep may make up for after it was late."""
 
 
-@dataclass(frozen=True)
-class Way:
-    """The way in which a match is played.
-
-    Args:
-        in_process: in this process, in lockstep. Strategies of files decide in processes of their own, unless the
-            match has `sandbox = false`. lockstep: so, but each strategy does. Without both it is played as processes.
-        strangers: in lockstep: the strategies of files alone decide in processes of their own, always sealed.
-        limit: the match time after which a match in steps is broken off, s.
-        paced: in lockstep: at the rate of the set-up, and not as fast as possible. deadline: the real time after which
-            a strategy of its own process forfeits a step, s.
-        secured: True lets only processes with keys in.
-        keys: the folder of the keys of the match's seats; None makes keys for this run alone.
-    """
-
-    in_process: bool = False
-    lockstep: bool = False
-    strangers: bool = False
-    limit: float = 3600.0
-    paced: bool = False
-    deadline: float = DEADLINE
-    secured: bool = False
-    keys: Path | None = None
-
-    @property
-    def steps(self) -> bool:
-        """True if the nodes of the match are in one process, in lockstep."""
-        return self.in_process or self.lockstep
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """A match that was played.
-
-    Args:
-        state: the last state of the referee; None if it was not heard. interrupted: True if somebody has broken it off.
-    """
-
-    state: RefereeState | None
-    interrupted: bool
-
-    @property
-    def over(self) -> bool:
-        """True if the game came to its end."""
-        return self.state is not None and self.state.stage is Stage.GAME_OVER
-
-
-def prepare(setup: CheckedMatch, way: Way, server: ForkServer) -> CheckedMatch:
-    """The set-up with which a match is played in this way.
+def prepare(launch: Launch, server: ForkServer) -> Launch:
+    """A match with the set-up with which it is played in its way.
 
     Args:
         server: forks the processes of strategies. It is started if a match in this process needs one.
@@ -103,51 +40,51 @@ def prepare(setup: CheckedMatch, way: Way, server: ForkServer) -> CheckedMatch:
     Raises:
         ConfigError: it cannot be: a package is missing, a strategy cannot be made, or real motors would be hurried.
     """
+    setup = launch.setup
     if "world" not in setup.place:
         check_installed(setup.engine)
         if not installed(BULLET) and any(player.camera for player in setup.players):
             raise ConfigError(["camera = true: PyBullet, which draws the pictures, is not installed: leave it out"])
-    if way.steps:
+    if launch.steps:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
     elif lacks := [text for _, table, robots in setup.backend_settings() for text in table.only_in_process(robots)]:
         raise ConfigError(lacks)
-    if way.in_process and any(_strategies(way, server).is_apart(setup, player.name) for player in setup.players):
+    strategies = launch.strategies(server)
+    if launch.how is How.IN_PROCESS and any(strategies.is_apart(setup, player.name) for player in setup.players):
         if not server.alive:
             server.start([deciding.__name__])
         with trial(server) as tried:
             check_strategies(setup, tried.make)
-    elif way.in_process:
+    elif launch.how is How.IN_PROCESS:
         check_strategies(setup, strategy_of)
-    return setup
+    return replace(launch, setup=setup)
 
 
-def new_run(setup: CheckedMatch, runs: Path, show: Show) -> RunFolder:
+def new_run(launch: Launch, runs: Path) -> RunFolder:
     """Make the folder of a run, with the files that its match names.
 
     Raises:
         LaunchError: it cannot be made.
     """
-    folder = RunFolder.create(runs, setup.name, datetime.now())
+    folder = RunFolder.create(runs, launch.setup.name, datetime.now())
     try:
-        keep(setup, folder)
+        keep(launch.setup, folder)
     except OSError as error:
-        show.announce(f"the files that the match names cannot be kept with the run: {error}")
+        launch.announce(f"the files that the match names cannot be kept with the run: {error}")
     try:
-        if show.record:
-            keep_layout(setup, folder)
+        if launch.record:
+            keep_layout(launch.setup, folder)
     except OSError as error:
-        show.announce(f"the layout for Foxglove cannot be written: {error}")
+        launch.announce(f"the layout for Foxglove cannot be written: {error}")
     return folder
 
 
-def play(
-    setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer, way: Way, also: StopSignal | None = None
-) -> Outcome:
+def play(launch: Launch, folder: RunFolder, server: ForkServer, also: StopSignal | None = None) -> Played:
     """Play a match to its end, and write its result and its plot. SIGINT and SIGTERM break it off.
 
     Args:
-        setup: as `prepare` returns it. folder: see `new_run`. server: starts its processes.
+        launch: as `prepare` returns it. folder: see `new_run`. server: starts its processes.
         also: what breaks it off besides signals, which only the main thread hears.
 
     Raises:
@@ -159,22 +96,21 @@ def play(
     def over(state: RefereeState | None) -> None:
         nonlocal shown
         shown = True
-        _conclude(setup, folder, show, state, failure=None)
+        _conclude(launch, folder, Played(state))
 
+    if launch.steps and not launch.paced:
+        launch = replace(launch, setup=launch.setup.at_rate(0.0))
+    way: Way = in_steps.play if launch.steps else over_processes.play
     with stop_on_signals(also) as stop:
         server.stop = stop
-        if way.steps:
-            setup = setup if way.paced else setup.at_rate(0.0)
-            state, failure = _play_in_steps(setup, folder, show, stop, _strategies(way, server), way)
-        else:
-            state, failure = Launch(setup, folder, show, server, way.secured, way.keys).play(stop, over)
+        played = way(launch, folder, server, stop, over)._replace(interrupted=stop.is_set())
         # After a window, once more with what the processes have counted and the end of the recording, without a word.
         # A second Ctrl-C does not keep the result from being written.
-        last = replace(show, console=Console(quiet=True)) if shown else show
-        _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
-    if failure is not None:
-        raise failure
-    return Outcome(state, stop.is_set())
+        last = replace(launch, console=Console(quiet=True)) if shown else launch
+        _conclude(last, folder, played)
+    if played.failure is not None:
+        raise played.failure
+    return played
 
 
 def undriven(setup: MatchSetup, served: Collection[str] = ()) -> list[str]:
@@ -253,105 +189,28 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names) if len(names) < 5 else f"{len(names)} players"
 
 
-def _strategies(way: Way, server: ForkServer) -> Strategies:
-    """Where the strategies of a match in steps decide. On Windows, where no process of one answers, a match in one
-    process keeps them."""
-    if way.in_process:
-        return Strategies(server if POSIX else None)
-    return Strategies(server, not way.strangers, way.strangers, deadline=way.deadline)
-
-
-def _play_in_steps(
-    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Strategies, way: Way
-) -> tuple[RefereeState | None, LaunchError | None]:
-    """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
-
-    Args:
-        apart: which strategies decide in processes of their own.
-    """
-    resumable = show.window and way.paced
-    means = Help.KEYS if resumable else Help.NONE  # no command reaches a match in one process
-    watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console, means=means)]
-    if show.record:
-        watchers.append(recorder_node(setup, folder))
-    pace = _pace(stop, setup.rate)
-    write_setup(setup, folder.setup)
-    with ExitStack() as stack, open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
-        if resumable:
-            kind, name = window_of(setup)
-            made: Made = load_object(kind.node)(NodeContext(
-                setup=setup, name=name, folder=folder, given=True, router="", session=None, stop=stop, official=True,
-                own=True, secret="", stack=stack,
-            ))  # fmt: skip
-            watchers.append(made.node)
-        try:
-            ending = in_process.play(
-                setup,
-                journal,
-                watchers=watchers,
-                limit=way.limit,
-                pace=pace,
-                resumable=resumable,
-                logs=folder.logs,
-                apart=apart,
-                steps=steps,
-            )
-        except LaunchError as failure:
-            return None, failure
-    return ending.state, None
-
-
-def _pace(stop: Stop, rate: float, clock: Callable[[], float] = time.monotonic) -> Callable[[float], bool]:
-    """Return a function that waits for real time between ticks. At rate 0 it only checks whether to stop.
-
-    After a long start, or a stall, the match goes on later. It does not hurry to catch up.
-
-    Args:
-        clock: returns the real time, s.
-    """
-    began: float | None = None
-
-    def wait(match_time: float) -> bool:
-        nonlocal began
-        if not rate:
-            return not stop.is_set()
-        since = clock() - match_time / rate
-        began = since if began is None else max(began, since - _LAG)
-        return not (stop.wait(began - since) if began > since else stop.is_set())
-
-    return wait
-
-
-def _conclude(
-    setup: MatchSetup,
-    folder: RunFolder,
-    show: Show,
-    state: RefereeState | None,
-    *,
-    failure: LaunchError | None,
-    interrupted: bool = False,
-) -> None:
+def _conclude(launch: Launch, folder: RunFolder, played: Played) -> None:
     """Write the result and print how the match ended."""
-    over = state is not None and state.stage is Stage.GAME_OVER
+    setup, state, failure = launch.setup, played.state, played.failure
     if failure is not None:
         lines = str(failure).splitlines()
         ended = f"given up: {lines[0].rstrip(':')}" + (f": {lines[-1]}" if len(lines) > 1 else "")
-    elif over:
+    elif played.over:
         ended = ended_of(state) if state else ""
     else:
         stands = "" if state is None else state.halted or "; ".join(state.waiting)
         why = f"play stood still, and here nobody can resume it: {stands}" if stands else "it took too long"
-        ended = "interrupted" if interrupted else f"broken off: {why}"
+        ended = "interrupted" if played.interrupted else f"broken off: {why}"
     result = write_result(setup, folder, state, ended)
-    if show.record and folder.recordings():
+    if launch.record and folder.recordings():
         try:
             plot(setup, folder)
         except (OSError, ValueError) as error:
-            show.announce(f"no plot of the trajectories: {error}")
+            launch.announce(f"no plot of the trajectories: {error}")
     # The reason of a failure is the last that the command prints.
     words = "Given up" if failure is not None else conclusion(result)
-    show.console.print(f"[bold]{escape(words)}[/bold]{summary(result)}", soft_wrap=True)
+    launch.console.print(f"[bold]{escape(words)}[/bold]{summary(result)}", soft_wrap=True)
     if result["stops"]["sentence"]:
-        show.console.print(escape(result["stops"]["sentence"]), soft_wrap=True)
+        launch.console.print(escape(result["stops"]["sentence"]), soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
-    show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)
+    launch.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)

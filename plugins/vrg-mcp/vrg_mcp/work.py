@@ -35,8 +35,8 @@ from vrg.config.targets import whole_target
 from vrg.coordinator.evidence import read_evidence
 from vrg.errors import ConfigError, VrgError
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.over_processes import Show
-from vrg.playing.match import Way, new_run, prepare
+from vrg.playing.launch import How, Launch
+from vrg.playing.match import new_run, prepare
 from vrg.playing.match import play as play_match
 from vrg.playing.run import Run
 from vrg.runs.run_folder import RunFolder, delete
@@ -99,16 +99,18 @@ def virtual(path: Path, named: bool, *, seed: int | None = None, sandbox: bool |
 
 
 def _played(server: ForkServer, setup: CheckedMatch, seconds: float, runs: str) -> dict[str, Any]:
-    way = Way(lockstep=True, strangers=True, limit=seconds)
-    setup = prepare(setup.all_here(), way, server)
     # Without a recording the evidence shows the match, and nothing that code has sketched.
-    show = Show(Console(quiet=True), window=False, record=False)
-    folder = new_run(setup, Path(runs), show)
+    launch = Launch(
+        setup=setup.all_here(), how=How.LOCKSTEP, console=Console(quiet=True), record=False, strangers=True,
+        limit=seconds,
+    )  # fmt: skip
+    launch = prepare(launch, server)
+    folder = new_run(launch, Path(runs))
     try:
-        over = play_match(setup, folder, show, server, way).over
+        over = play_match(launch, folder, server).over
     finally:
         _tidy(folder.path)
-    return told_of(folder) | {"run": folder.path.name, "over": over, "players": _motions(folder, setup)}
+    return told_of(folder) | {"run": folder.path.name, "over": over, "players": _motions(folder, launch.setup)}
 
 
 def told_of(folder: RunFolder) -> dict[str, Any]:

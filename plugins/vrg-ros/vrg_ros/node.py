@@ -51,4 +51,4 @@ def ros(on: NodeContext) -> Made:
     """What shows the match to ROS 2."""
     node = ros_node(on.setup, on.name, on.join, name=on.named(KIND.process), official=on.official)
     options = {"idle": DISPLAY_PERIOD}
-    return Made(node, options if on.own else {**options, "finished": gone(on.setup.name, on.router)})
+    return Made(node, options if on.own else {**options, "finished": gone(on.setup.name, on.process.router)})

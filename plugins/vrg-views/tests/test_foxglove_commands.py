@@ -8,7 +8,8 @@ import pytest
 from vrg.config.loading import load_match, match_path
 from vrg.errors import LaunchError
 from vrg.kinds import KINDS, SPECTATOR, Opening, kind_shown
-from vrg.launch.specs import kind_of, placed, specs
+from vrg.launch.plan import processes_at
+from vrg.launch.process import Process
 from vrg.registry import load_object
 from vrg.testing.command_line import Vrg
 from vrg_views.foxglove import KIND
@@ -29,10 +30,10 @@ def test_it_is_a_kind_of_process_with_the_seats_of_a_window() -> None:
 
 def test_in_a_match_it_is_one_process_which_may_die(tmp_path: Path) -> None:
     setup, at = load_match(match_path("sharks-and-minnows")), "127.0.0.1:8765"
-    assert kind_of(setup, "foxglove") is KIND
-    assert placed(setup, window=False, record=False, served=["foxglove"])["foxglove"] == "here"
-    found = specs(setup, tmp_path, "tcp/h:1", window=False, record=False, served={"foxglove": at})
+    views = [Process(name=KIND.process, kind=KIND.name, node=at)]
+    found = processes_at(setup, tmp_path, "tcp/h:1", window=False, record=False, views=views)
     [spec] = [spec for spec in found if spec.name == "foxglove"]
+    assert spec.of is KIND
     assert not spec.essential
     assert at in repr(spec.arguments)
 

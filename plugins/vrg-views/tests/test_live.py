@@ -18,6 +18,7 @@ from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
 from vrg.launch.context import NodeContext
+from vrg.launch.process import Process
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.views import synthetic
 from vrg_views.foxglove.live import LiveRecorder, LiveServer
@@ -151,7 +152,8 @@ def test_one_that_is_opened_beside_that_of_the_match_has_another_name(tmp_path: 
 
     def name(*, launched: bool) -> str:
         context = NodeContext(
-            setup=setup, name="127.0.0.1:0", folder=RunFolder(tmp_path), given=False, router="",
+            process=Process(name="foxglove", kind="foxglove", node="127.0.0.1:0"), setup=setup,
+            folder=RunFolder(tmp_path),
             session=cast(Session, None), stop=cast(Stop, None), official=True, own=launched, secret="",
         )  # fmt: skip
         return foxglove(context).node.name

@@ -8,9 +8,7 @@ import pytest
 import zstandard
 from websockets.sync.client import connect
 
-from vrg.config.loading import load_match, match_path
 from vrg.kinds import KINDS, kind_shown
-from vrg.launch.specs import kind_of
 from vrg.testing.command_line import Vrg
 from vrg.testing.processes.match import Match, long_match, short_match
 from vrg.testing.waiting import wait_until
@@ -21,7 +19,6 @@ from vrg_views.three import KIND, command
 def test_it_is_a_kind_of_process_that_prefers_the_seat_that_decides_nothing() -> None:
     assert KINDS.get("three") is kind_shown("3d", "opens") is KIND
     assert [str(seat) for seat in KIND.seats_of("127.0.0.1:8090")] == ["window", "official"]
-    assert kind_of(load_match(match_path("sharks-and-minnows")), "3d") is KIND
 
 
 def test_the_command_line_has_it_all(vrg: Vrg) -> None:

@@ -7,6 +7,7 @@ import pytest
 from vrg.config.loading import load_match
 from vrg.errors import SandboxError
 from vrg.kinds import PLAYER
+from vrg.launch.process import by_hand
 from vrg.launch.sandbox import seal
 from vrg.launch.serving import serve
 from vrg.runs.result import summary, write_result
@@ -22,7 +23,7 @@ def test_a_player_that_cannot_be_sealed_does_not_start(tmp_path: Path, monkeypat
     monkeypatch.setattr(seal, "missing", lambda: "a sandbox needs Linux: `sandbox = false` goes on without")
     # No router is there: it is not even looked for.
     with pytest.raises(SandboxError, match="a sandbox needs Linux: `sandbox = false` goes on without"):
-        serve(PLAYER, setup, router="tcp/127.0.0.1:9", run=tmp_path / "run", name="ann")
+        serve(by_hand(PLAYER, "ann", "tcp/127.0.0.1:9", run=tmp_path / "run", keys=None), setup)
     assert not (tmp_path / "loaded").exists()
 
 

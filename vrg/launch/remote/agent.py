@@ -22,12 +22,12 @@ from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import examine
 from vrg.launch.folder_lock import folder_lock, keys_folder, keys_lock, sweep
 from vrg.launch.fork_server import ForkServer, fork_server
-from vrg.launch.managed import ProcessSpec
+from vrg.launch.plan import processes_at
+from vrg.launch.process import Process
 from vrg.launch.remote import wire
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
 from vrg.launch.remote.travel import LogReader, parts_of, take_in
-from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
 from vrg.launch.vacancies import LAUNCHER
 from vrg.runs.events import EventKind
@@ -184,16 +184,16 @@ class HostAgent:
         folder, order = self._folder, self._order
         self._setup = setup = load_match(folder.match_file).with_secret(order.secret)
         folder.hand_out(setup)
-        planned = self._specs()
+        planned = self._processes()
         address = order.address or _addresses()[0]
         endpoint = free_endpoint(address) if address and planned and planned[0].is_router else ""
         findings = examine(setup, folder.match_file, order.machine) if order.examine else []
         self._channel.send(wire.Loaded(endpoint, findings))
 
-    def _specs(self, upstream: str | None = None) -> list[ProcessSpec]:
+    def _processes(self, upstream: str | None = None) -> list[Process]:
         """The processes that run here."""
         order = self._order
-        return specs(
+        return processes_at(
             self._setup, self._folder.path, self._endpoint,
             window=order.window, record=order.record, machine=order.machine, upstream=upstream, keys=self._keys,
         )  # fmt: skip
@@ -202,7 +202,7 @@ class HostAgent:
         setup = self._setup
         self._endpoint = message.endpoint
         self._supervisor = Supervisor(
-            self._specs(message.upstream),
+            self._processes(message.upstream),
             message.endpoint,
             setup.keys,
             self._folder.logs,

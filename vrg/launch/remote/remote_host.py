@@ -15,12 +15,12 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, MessageError
 from vrg.launch.host import GROUPS
 from vrg.launch.managed import STOP_TIMEOUT
+from vrg.launch.plan import processes_at, seats_at
 from vrg.launch.remote import wire
 from vrg.launch.remote.reports import TEXT, AgentReports
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.travel import file_parts, files_in
-from vrg.launch.specs import seats_at, specs
 from vrg.runs.events import Notes
 from vrg.runs.keeping import files_of_strategy
 from vrg.runs.run_folder import RunFolder
@@ -93,7 +93,7 @@ class RemoteHost:
         self._clock = clock
         self._travelling = files_in(folder.path)
         window, record = prepare.window, prepare.record
-        planned = specs(setup, folder.path, "", window=window, record=record, machine=machine)
+        planned = processes_at(setup, folder.path, "", window=window, record=record, machine=machine)
         self._seats = [Seat(SeatKind.HOST, machine), *seats_at(setup, machine, window=window, record=record)]
         self.stop_orders = sorted({spec.stop_order for spec in planned})
         self.router = ""

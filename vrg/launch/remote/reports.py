@@ -10,7 +10,7 @@ from ipaddress import ip_address
 from vrg import __version__
 from vrg.bus.messages import ProcessStatus
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.managed import ProcessSpec
+from vrg.launch.process import Process
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.remote import wire
 from vrg.launch.remote.travel import take_in
@@ -75,7 +75,7 @@ class AgentReports:
     def __init__(
         self,
         machine: str,
-        specs: Sequence[ProcessSpec],
+        specs: Sequence[Process],
         folder: RunFolder,
         tell: Callable[[str], None],
         notes: Notes,
@@ -156,7 +156,7 @@ class AgentReports:
 
     def _take_note(self, note: wire.Noted, *, starting: bool) -> None:
         self._check(note.process)
-        if note.what not in _OF_PROCESSES or (note.what is EventKind.VACATED and not self._own[note.process].seat):
+        if note.what not in _OF_PROCESSES or (note.what is EventKind.VACATED and not self._own[note.process].plays):
             raise MessageError(f"expected what can happen to {note.process}, got {note.what!r}")
         text = note.text[:TEXT]
         if note.what is EventKind.READY and starting:
@@ -172,7 +172,7 @@ class AgentReports:
         names = [process.name for process in status.processes]
         self._check(*names)
         own = {(process.name, process.machine, process.node) for process in status.processes}
-        if own - {(spec.name, self._machine, spec.node) for spec in self._own.values()} or len(own) < len(names):
+        if own - {(spec.name, self._machine, spec.node_id) for spec in self._own.values()} or len(own) < len(names):
             raise MessageError(f"expected each process of {self._machine} once, got {names}")
         self.statuses, self.names = status.processes, names
         if status.beat:

@@ -19,7 +19,7 @@ from vrg.bus.messages import Stage
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.hal.can.link import Link
-from vrg.launch.child import job_of
+from vrg.launch.process import process_of
 from vrg.runs.run_folder import RunFolder
 from vrg.seats.credentials import find_credentials
 from vrg.seats.seat import Seat, SeatKind
@@ -383,8 +383,8 @@ def _node(command: list[str]) -> str | None:
     """Which process of a match this is, by its command line or its title; None for any other."""
     if command[1:4] == ["-P", "-m", "vrg"]:  # python -P -m vrg node drives ...
         return "drives"
-    if command[1:4] == ["-P", "-m", "vrg.launch.child"]:
-        command = job_of(command[4:]).title.split()
+    if command[1:4] == ["-P", "-m", "vrg.launch.serving"]:
+        command = process_of(command[4]).title.split()
     words = " ".join(command).split()  # vrg player NAME in RUN
     if words[:1] != ["vrg"] or len(words) < 2:
         return None

@@ -12,8 +12,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.config.setup import unknown_match
 from vrg.errors import DuplicateNodeError
 from vrg.kinds import KINDS, SPECTATOR, Kind
-from vrg.launch.child import Job, job_of
-from vrg.launch.specs import seats_at, specs
+from vrg.launch.plan import processes_at, seats_at
 from vrg.seats.seat import Seat, SeatKind
 from vrg.testing.command_line import Vrg, command_line
 from vrg_views.hud import KIND
@@ -80,10 +79,9 @@ def test_a_player_has_one_display(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_the_game_opens_the_display_of_its_first_player(tmp_path: Path) -> None:
     setup = load_match(match_path("hud"))
-    window = next(
-        s for s in specs(setup, tmp_path, "tcp/h:1", window=True, record=False) if s.name == SPECTATOR.process
-    )
-    assert job_of(window.arguments) == Job(kind="hud", router="tcp/h:1", run=str(tmp_path), name="robot1")
+    found = {s.name: s for s in processes_at(setup, tmp_path, "tcp/h:1", window=True, record=False)}
+    window = found[SPECTATOR.process]
+    assert (window.kind, window.node, window.router, window.run) == ("hud", "robot1", "tcp/h:1", str(tmp_path))
     assert window.pulse == "vrg/hud/pulse/hud/robot1"
     assert not window.essential
     assert Seat(SeatKind.HUD, "robot1") in seats_at(setup, HERE, window=True, record=False)

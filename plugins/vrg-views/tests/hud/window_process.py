@@ -11,6 +11,7 @@ import pygame
 
 from vrg.config.setup import read_setup
 from vrg.kinds import KINDS
+from vrg.launch.process import by_hand
 from vrg.launch.serving import serve
 from vrg.runs.run_folder import RunFolder
 
@@ -25,4 +26,4 @@ if __name__ == "__main__":
     kind, endpoint, run, name, *keys = sys.argv[1:]
     threading.Thread(target=_press_keys, daemon=True).start()
     found = Path(keys[0]) if keys else None
-    serve(KINDS.get(kind), read_setup(RunFolder(Path(run)).setup), router=endpoint, name=name, keys=found)
+    serve(by_hand(KINDS.get(kind), name, endpoint, run=None, keys=found), read_setup(RunFolder(Path(run)).setup))
