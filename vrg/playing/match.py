@@ -105,7 +105,12 @@ def prepare(setup: CheckedMatch, way: Way) -> CheckedMatch:
     if way.steps:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
-    elif lacks := [text for _, table, robots in setup.backend_settings() for text in table.only_in_process(robots)]:
+    elif lacks := [
+        text
+        for _, table, robots in setup.backend_settings()
+        if (emulation := table.emulation) is not None
+        for text in emulation.only_in_process(robots)
+    ]:
         raise ConfigError(lacks)
     if way.in_process:
         check_strategies(setup, strategy_of)
