@@ -17,7 +17,7 @@ SIZE = (960, 640)
 """The width and the height of a picture, pixels."""
 
 
-class Picture(Node):
+class SceneNode(Node):
     """The node that hears what there is to see of a match.
 
     Args:
