@@ -23,7 +23,7 @@ from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.errors import ConfigError
 from vrg.recording.recorded import RecordedMatch
 from vrg_learn.learning import learning_of
-from vrg_learn.recorded import Decision, decisions
+from vrg_learn.recorded import RecordedDecision, decisions
 from vrg_learn.rewards import for_calls, for_winning
 from vrg_learn.table import Heading
 
@@ -53,7 +53,7 @@ class Episode:
     player: str
     team: str
     task: str
-    frames: list[Decision] = field(default_factory=list)
+    frames: list[RecordedDecision] = field(default_factory=list)
     rewards: list[float] = field(default_factory=list)
     won: bool = False
 

@@ -47,7 +47,7 @@ class SceneNode(Node):
         return self._builder.build(live=True)
 
 
-class Camera:
+class SceneCamera:
     """Draws pictures, and keeps what it needs for the next one."""
 
     def __init__(self) -> None:

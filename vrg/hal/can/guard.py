@@ -10,12 +10,12 @@ import math
 from collections.abc import Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport, MotorState
-from vrg.hal.can.judges.identity import Identity
+from vrg.hal.can.judges.identity import DriveIdentity
 from vrg.hal.can.judges.off import Off
-from vrg.hal.can.judges.proof import Proof, ProofStep
+from vrg.hal.can.judges.proof import ProofStep, WatchdogProof
 from vrg.hal.can.judges.reasons import Cause, Reason
-from vrg.hal.can.judges.silence import HEARTBEAT_TIMEOUT, Silence
-from vrg.hal.can.judges.start import STATUS_GRACE, Start
+from vrg.hal.can.judges.silence import HEARTBEAT_TIMEOUT, DriveSilence
+from vrg.hal.can.judges.start import STATUS_GRACE, DriveStart
 from vrg.hal.can.judges.supply import ANY_SUPPLY, Supply
 
 
@@ -54,9 +54,9 @@ class Guard:
         self.disarmed_because: str | None = None
         self.estop = self.at_drive = False
         self.armed_by_player = self.rearm_pending = False
-        self.start, self.proof = Start(), Proof()
-        self._silence, self._off = Silence(), Off()
-        self._supply, self._identity = Supply(*supply), Identity(axes, serials or {})
+        self.start, self.proof = DriveStart(), WatchdogProof()
+        self._silence, self._off = DriveSilence(), Off()
+        self._supply, self._identity = Supply(*supply), DriveIdentity(axes, serials or {})
 
     def begin(self, now: float) -> None:
         """A person has connected or recovered the robot: judge anew from here."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport, MotorState
-from vrg.hal.can.base import DriveBase, Estimate
+from vrg.hal.can.base import DriveBase, EncoderEstimate
 from vrg.hal.can.guard import Guard
 from vrg.hal.can.judges.off import OFF_PERIOD
 from vrg.hal.can.judges.reasons import BUSY
@@ -274,7 +274,7 @@ class StateMachine:
         if report.measured == self._measured[node]:
             return
         gap, self._measured[node] = report.measured - self._measured[node], report.measured
-        estimate = Estimate(report.position, report.velocity, report.measured)
+        estimate = EncoderEstimate(report.position, report.velocity, report.measured)
         way = self.base.update(node, estimate, report.wrap)
         if way is None and (guard.armed or guard.disarmed_because is not None):
             where = f"node {node}: its position jumped to {report.position:.4g} turns"

@@ -73,7 +73,7 @@ class PictureStream(LiveStream[Frame]):
         return live if reader.live else "the pictures of the file are over"
 
 
-class Sighting(Struct, frozen=True):
+class TagSighting(Struct, frozen=True):
     """The tags of a picture.
 
     Args:
@@ -85,7 +85,7 @@ class Sighting(Struct, frozen=True):
     size: tuple[int, int]
 
 
-class TagStream(LiveStream[Sighting]):
+class TagStream(LiveStream[TagSighting]):
     """The tags in the newest pictures.
 
     Args:
@@ -132,7 +132,7 @@ class TagStream(LiveStream[Sighting]):
     def _look(self, frame: Frame) -> None:
         try:
             picture = grey_of(frame.picture)
-            self.put(Sighting(frame.time, self._detector.detect(picture), (picture.shape[1], picture.shape[0])))
+            self.put(TagSighting(frame.time, self._detector.detect(picture), (picture.shape[1], picture.shape[0])))
         except Exception as error:  # one picture must not end the search in all others
             log.exception("a picture cannot be looked at")
             self.report(f"a picture cannot be looked at: {type(error).__name__}: {error}")

@@ -12,7 +12,7 @@ from msgspec import Struct
 _LENGTH: Final = struct.Struct("<I")
 
 
-class Body(Struct, frozen=True):
+class MeasuredBody(Struct, frozen=True):
     """A rigid body as a system has measured it. Numbers are not finite where it has not.
 
     Args:
@@ -33,7 +33,7 @@ class Frame(Struct, frozen=True, tag="frame"):
     """
 
     time: float
-    bodies: list[Body]
+    bodies: list[MeasuredBody]
 
 
 class Trouble(Struct, frozen=True, tag="trouble"):

@@ -21,7 +21,7 @@ class ProofStep(enum.Enum):
     PROVED = enum.auto()
 
 
-class Proof:
+class WatchdogProof:
     """Judges the watchdogs of the drives of one robot.
 
     Attributes:
