@@ -165,9 +165,9 @@ def idle_machines(setup: CheckedMatch) -> str:
     return f"nothing runs on {names}: name it as the `machine` of a player or in [place], or take its table out"
 
 
-def unproved_properties(setup: MatchSetup) -> list[str]:
+def unverified_properties(setup: MatchSetup) -> list[str]:
     """The properties of the robots that the match file alone cannot prove, in words."""
-    return [text for _, settings, robots in setup.backend_settings() for text in settings.unproved(robots)]
+    return [text for _, settings, robots in setup.backend_settings() for text in settings.unverified(robots)]
 
 
 def check_strategies(setup: CheckedMatch, make: Callable[[MatchSetup, str], object]) -> None:

@@ -22,7 +22,7 @@ class BackendSettings(Table):
         """The reasons, in words, why these robots cannot be used. Relative paths in the table start from `base`."""
         return []
 
-    def unproved(self, robots: Sequence[str]) -> list[str]:
+    def unverified(self, robots: Sequence[str]) -> list[str]:
         """The properties of these robots that a match file alone cannot prove, in words, for `vrg check`."""
         return []
 

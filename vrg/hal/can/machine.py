@@ -149,7 +149,7 @@ class StateMachine:
             return [] if self.guard.armed else self.stand(now)
         if not self.guard.off:
             return []  # what a drive reports of before would be taken for its answer
-        if self.guard.rearm_pending and not self.guard.proof.unproved:
+        if self.guard.rearm_pending and not self.guard.proof.pending:
             log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
         self.base.rebase()
         self.guard.arm(now)

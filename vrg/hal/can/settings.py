@@ -129,7 +129,7 @@ class CanSettings(BackendSettings):
                     found += map(str, error.problems)
         return found
 
-    def unproved(self, robots: Sequence[str]) -> list[str]:
+    def unverified(self, robots: Sequence[str]) -> list[str]:
         """Directions, watchdogs and units of real drives."""
         if self.emulate:
             return []

@@ -33,7 +33,7 @@ def test_they_are_proved_once_all_have_expired_in_time(axes: list[AxisReport]) -
     assert look(proof, axes, IN_TIME) is ProofStep.WAIT
     expire(axes[1])
     assert look(proof, axes, IN_TIME) is ProofStep.PROVED
-    assert not proof.unproved
+    assert not proof.pending
     assert proof.proved == BOTH
 
 
@@ -65,7 +65,7 @@ def test_a_watchdog_that_has_worked_before_is_not_missing(axes: list[AxisReport]
     look(proof, axes, IN_TIME)
     proof.doubt(axes)
     proof.proved.clear()
-    assert proof.unproved
+    assert proof.pending
     assert [look(proof, axes, TOO_LATE) for _ in range(PROOFS)][-1] == (0, Cause.UNPROVED_NOW, (PROOF_TIMEOUT,))
     proof.begin(axes)
     assert [look(proof, axes, TOO_LATE) for _ in range(PROOFS)][-1] == (0, Cause.UNPROVED, (PROOF_TIMEOUT,))
@@ -75,9 +75,9 @@ def test_who_has_no_watchdog_need_not_prove_it(axes: list[AxisReport]) -> None:
     proof = WatchdogProof()
     axes[0].unwatched = True
     proof.begin(axes)
-    assert proof.unproved
+    assert proof.pending
     expire(axes[1])
     assert look(proof, axes, IN_TIME) is ProofStep.PROVED
     axes[1].unwatched = True
     proof.begin(axes)
-    assert not proof.unproved
+    assert not proof.pending
