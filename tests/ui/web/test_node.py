@@ -28,7 +28,7 @@ def node(keys, audience):
 
 @pytest.fixture
 def match(keys):
-    return synthetic.Match(keys)
+    return synthetic.SyntheticMatch(keys)
 
 
 def said(node):

@@ -17,7 +17,7 @@ from vrg.testing.sources import HERE, FakeFeed, SourceBench
 from vrg.testing.waiting import wait_until
 from vrg.types import Pose
 from vrg_locate.mocap import source as module
-from vrg_locate.mocap.frames import Frame, MeasuredBody
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame
 from vrg_locate.mocap.source import MocapSource
 
 TABLE = {
@@ -40,7 +40,7 @@ class Bench(SourceBench):
         self.stream = self.node._stream
 
     def shows(self, *bodies: MeasuredBody, ago: float = 0.01) -> None:
-        self.stream.shown.append(Frame(self.now - ago, list(bodies)))
+        self.stream.shown.append(MocapFrame(self.now - ago, list(bodies)))
 
 
 @pytest.fixture

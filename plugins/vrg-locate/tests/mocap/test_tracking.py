@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from vrg.geometry import compose, inverse, wrap
 from vrg.types import Pose
-from vrg_locate.mocap.frames import Frame, MeasuredBody
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame
 from vrg_locate.mocap.tracking import FROZEN, TIPPED, Fault, Quaternion, Tracking, heading, tilt, with_z_up
 
 Up = Literal["y", "z"]
@@ -48,7 +48,7 @@ def body(pose: Pose, up: Up = "z", name: str = "Rob", height: float = 0.2) -> Me
 
 
 def found(tracking: Tracking, *bodies: MeasuredBody, time: float = 0.0) -> list[Pose | Fault]:
-    return [outcome.found for outcome in tracking.take(Frame(time, list(bodies)))]
+    return [outcome.found for outcome in tracking.take(MocapFrame(time, list(bodies)))]
 
 
 def plain(up: Up = "z") -> Tracking:
@@ -59,7 +59,7 @@ def plain(up: Up = "z") -> Tracking:
 def test_a_robot_is_where_its_body_is_less_the_offset(robot: Pose, offset: Pose, origin: Pose, up: Up) -> None:
     tracking = Tracking({"Rob": "ann"}, {"ann": offset}, up, origin)
     captured = compose(inverse(origin), compose(robot, offset))
-    (outcome,) = tracking.take(Frame(0.0, [body(captured, up)]))
+    (outcome,) = tracking.take(MocapFrame(0.0, [body(captured, up)]))
     assert (outcome.body, outcome.robot) == ("Rob", "ann")
     assert isinstance(outcome.found, Pose)
     assert math.hypot(outcome.found.x - robot.x, outcome.found.y - robot.y) < 1e-9
@@ -141,6 +141,6 @@ def test_a_body_that_does_not_change_at_all_is_no_measurement() -> None:
 
 
 def test_bodies_of_nobody_are_told_and_the_others_are_found() -> None:
-    outcomes = plain().take(Frame(0.0, [body(HERE, name="chair"), body(HERE), body(HERE, name="")]))
+    outcomes = plain().take(MocapFrame(0.0, [body(HERE, name="chair"), body(HERE), body(HERE, name="")]))
     assert [(one.body, one.robot) for one in outcomes] == [("chair", None), ("Rob", "ann"), ("", None)]
     assert [one.found for one in outcomes] == [Fault.UNKNOWN, HERE, Fault.UNKNOWN]

@@ -17,7 +17,7 @@ import motioncapture
 import msgspec
 
 from vrg.system import POSIX
-from vrg_locate.mocap.frames import Frame, MeasuredBody, Request, Trouble, encode
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame, Request, Trouble, encode
 from vrg_locate.mocap.pace import Pace
 
 
@@ -54,7 +54,7 @@ def _listen(request: Request, out: IO[bytes]) -> None:
         bodies = [_body(name, body) for name, body in seen.items() if pace.takes(name, now)]
         # That it sees no body is told, too.
         if bodies or (not seen and pace.takes(None, now)):
-            out.write(encode(Frame(now, bodies)))
+            out.write(encode(MocapFrame(now, bodies)))
 
 
 def _end_after(patience: float) -> None:

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from vrg.geometry import compose, inverse
 from vrg.types import Pose
-from vrg_locate.mocap.frames import Frame, MeasuredBody
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -69,11 +69,11 @@ class Tracking:
         self._before: dict[str, tuple[MeasuredBody, float]] = {}
         """The newest measurement of each robot's body, and when it was new, monotonic, s."""
 
-    def take(self, frame: Frame) -> list[Outcome]:
+    def take(self, frame: MocapFrame) -> list[Outcome]:
         """The outcome of each rigid body in a frame."""
         return [Outcome(body.name, robot, found) for body, robot, found in self._sorted(frame)]
 
-    def _sorted(self, frame: Frame) -> Iterable[tuple[MeasuredBody, str | None, Pose | Fault]]:
+    def _sorted(self, frame: MocapFrame) -> Iterable[tuple[MeasuredBody, str | None, Pose | Fault]]:
         for body in frame.bodies:
             robot = self._robots.get(body.name)
             yield body, robot, Fault.UNKNOWN if robot is None else self._found(robot, body, frame.time)
