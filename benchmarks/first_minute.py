@@ -27,7 +27,7 @@ from vrg.config.loading import check_match, load_match, match_path
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
 from vrg.runs.run_folder import RunFolder
-from vrg.testing.audience import ABOUT, SOON, Audience, Seen
+from vrg.testing.audience import ABOUT, SOON, MatchWatcher, Seen
 from vrg.toml_text import with_value
 
 
@@ -48,7 +48,7 @@ def seen(case: Case) -> Seen:
     for name, value in case.rules.items():
         text = with_value(text, ("rules", name), value)
     setup = check_match(text, Path(setup.origin), Path(setup.base)).at_rate(0)
-    audience = Audience(setup)
+    audience = MatchWatcher(setup)
     with tempfile.TemporaryDirectory() as name:
         folder = RunFolder(Path(name) / "run")
         folder.prepare()

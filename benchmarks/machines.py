@@ -31,7 +31,7 @@ from vrg.bus.session import open_session
 from vrg.bus.topics import Keys, name_in
 from vrg.seats.credentials import find_credentials
 from vrg.seats.seat import Seat, SeatKind
-from vrg.testing.processes.match import Match
+from vrg.testing.processes.match import LiveMatch
 
 PLAYERS = ("shark", "ann", "bob", "cid", "dee", "eve")
 MATCH = """
@@ -99,12 +99,12 @@ def _median(delays: dict[tuple[str, bool], list[float]], way: str, seats: bool) 
 def play(folder: Path, lab: Lab, way: str, seats: bool, seconds: float) -> tuple[float, list[float]]:
     """Play one match; its start and its delays, s."""
     began = time.monotonic()
-    with Match(folder, text_of(lab, way, seats), environment=lab.environment, movers=PLAYERS[1:]) as match:
+    with LiveMatch(folder, text_of(lab, way, seats), environment=lab.environment, movers=PLAYERS[1:]) as match:
         start = time.monotonic() - began
         return start, measured(match, seconds)
 
 
-def measured(match: Match, seconds: float) -> list[float]:
+def measured(match: LiveMatch, seconds: float) -> list[float]:
     """The delays while so many seconds of match time go by, s, as a process of its own hears them."""
     command = [sys.executable, __file__, "--listen", match.endpoint, match.keys.match, str(match.seats or "")]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as listener:

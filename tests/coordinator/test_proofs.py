@@ -19,7 +19,7 @@ from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.coordinator.judging import cases_of, judge_again, unproved
+from vrg.coordinator.judging import cases_of, judge_again, refuted
 from vrg.coordinator.proof import Case, Measure, Relation, with_deviation
 from vrg.coordinator.rulebook import Observation
 from vrg.games import game_of
@@ -112,7 +112,7 @@ def test_the_numbers_that_decided_every_call_of_a_match_hold(runs: Runs, game: s
     cases = list(cases_of(book, read_evidence(run.evidence), records))
     assert [case.call for case in cases] == [call for record in records for call in record.calls]
     assert {case.call.rule for case in cases if prover(book, case)} >= GAMES[game]
-    assert unproved(prover, book, cases) == []
+    assert refuted(prover, book, cases) == []
     assert [case.call.rule for case in cases if game_of(game).rule_text(case.call.rule) is None] == []
 
 
@@ -127,7 +127,7 @@ def test_each_number_can_prove_a_call_wrong(runs: Runs, game: str) -> None:
     proved = {case.call.rule: case for case in cases if prover(book, case)}
     for rule, case in proved.items():
         for measure in prover(book, case):
-            told = {disagreement.what for one in changed(case) for disagreement in unproved(prover, book, [one])}
+            told = {disagreement.what for one in changed(case) for disagreement in refuted(prover, book, [one])}
             assert any(f"but {measure.what}: " in what for what in told), f"{rule}: {measure} holds whatever happened"
 
 
@@ -264,7 +264,7 @@ def test_a_call_whose_number_is_wrong_is_told() -> None:
     call = Call(number=3, rule="tag", text="ann is tagged by bob", players=(), poses=(), clock=1.0)
     wrong = Measure("distance between ann and bob", 0.35, Relation.AT_MOST, 0.3)
     case = Case(call, None, Observation({}), Observation({}, time=7.0))
-    (found,) = unproved(lambda _book, _case: [wrong], None, [case])  # type: ignore[arg-type]
+    (found,) = refuted(lambda _book, _case: [wrong], None, [case])  # type: ignore[arg-type]
     assert found.time == 7.0
     assert "0.35 m (at most 0.30 m)" in found.what
 
@@ -279,4 +279,4 @@ def test_calls_behind_the_end_of_cut_evidence_cannot_be_judged_and_are_not_blame
     later = [call for record in records for call in record.calls if record.time > cut[-1].tick.time]
     assert later
     assert judgement.unjudged == len(later)
-    assert unproved(game_of(setup.game).load_prover(), book, cases_of(book, cut, records)) == []
+    assert refuted(game_of(setup.game).load_prover(), book, cases_of(book, cut, records)) == []

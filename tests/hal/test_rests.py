@@ -5,7 +5,7 @@ import pytest
 from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.world_bench import KEYS, Wire, config
 from vrg.bus.messages import AT_REST, Body, Drive, MeasuredPose, Poses, at_rest
-from vrg.hal.sim.robot import EXTRAPOLATE, Rest
+from vrg.hal.sim.robot import EXTRAPOLATE, RestTimer
 from vrg.types import STILL, Pose, Twist
 
 GO = (KEYS.drive("a"), Drive(twist=Twist(0.6, 0.0)))
@@ -51,10 +51,10 @@ def test_a_physical_robot_that_is_not_measured_is_not_known_to_be_at_rest() -> N
 
 
 def test_slow_is_at_rest_and_turning_is_not() -> None:
-    rest = Rest()
+    rest = RestTimer()
     assert rest.since(Twist(AT_REST, -AT_REST), 1.0) == 1.0
     assert rest.since(Twist(0.0, 0.0), 2.0) == 1.0
     assert rest.since(Twist(0.0, 2 * AT_REST), 3.0) is None
     assert rest.since(Twist(0.0, 0.0), 4.0) == 4.0
     assert rest.since(Twist(0.0, 0.0), 4.0) == 4.0, "asking again changes nothing"
-    assert Rest().since(STILL, 5.0) == 5.0
+    assert RestTimer().since(STILL, 5.0) == 5.0

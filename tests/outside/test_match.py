@@ -10,7 +10,7 @@ import pytest
 
 from vrg.games import GAMES
 from vrg.recording.reader import read_tracks
-from vrg.testing.processes.match import Match
+from vrg.testing.processes.match import LiveMatch
 from vrg.testing.waiting import DEADLINE
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
@@ -26,16 +26,16 @@ LONGER = (
 
 
 @pytest.fixture
-def race(tmp_path: Path, installed: None) -> Iterator[Match]:
+def race(tmp_path: Path, installed: None) -> Iterator[LiveMatch]:
     text = GAMES.get("race").default_match().read_text()
     for old, new in LONGER:
         assert text.count(old) == 1
         text = text.replace(old, new)
-    with Match(tmp_path, text, movers=("amber", "jade"), options=["--show", "crier=oyez"]) as match:
+    with LiveMatch(tmp_path, text, movers=("amber", "jade"), options=["--show", "crier=oyez"]) as match:
         yield match
 
 
-def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: Match, tmp_path: Path) -> None:
+def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: LiveMatch, tmp_path: Path) -> None:
     observer = race.observer
     assert {body.name: body.physical for body in observer.heard.poses[-1].body.bodies} == {"amber": True, "jade": False}
 

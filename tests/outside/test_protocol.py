@@ -9,7 +9,7 @@ import typer.testing
 from vrg.cli import make_app
 from vrg.commands import drives
 from vrg.errors import ConfigError
-from vrg.hal.backends import BACKENDS
+from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.settings import CanSettings
@@ -39,8 +39,8 @@ def test_its_drives_obey() -> None:
         lab.clock.at(lab.clock.now() + 0.02, report)
 
     report()
-    context = DriverContext(name="r", model=robot_model("P2AT"), options=TABLE, now=lab.clock.now, medium=lab)
-    driver = BACKENDS.get("can")(context)
+    context = DriverContext(name="r", model=robot_model("P2AT"), options=TABLE, now=lab.clock.now)
+    driver = CanDriver(context, lab)
     driver.connect()
     driver.arm()
     assert lab.clock.wait(lambda: driver.read().armed, 2.0)

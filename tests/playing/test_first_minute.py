@@ -7,12 +7,12 @@ import pytest
 
 from vrg.config.loading import load_match, match_path
 from vrg.testing import matches
-from vrg.testing.audience import ABOUT, SOON, Audience, Seen
+from vrg.testing.audience import ABOUT, SOON, MatchWatcher, Seen
 
 
 def seen(game: str, engine: str, seed: int, folder: Path) -> Seen:
     setup = load_match(match_path(game), engine=engine, seed=seed)
-    audience = Audience(setup)
+    audience = MatchWatcher(setup)
     matches.played(setup, folder, audience, limit=900.0)
     return audience.seen
 

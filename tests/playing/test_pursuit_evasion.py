@@ -19,7 +19,7 @@ from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.coordinator.judging import cases_of, judge_again, unproved
+from vrg.coordinator.judging import cases_of, judge_again, refuted
 from vrg.games.pursuit_evasion import CROSSING, INTRUDERS, PURSUERS
 from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS
@@ -278,4 +278,4 @@ def test_every_match_ends_with_each_intruder_accounted_for_or_the_time_up(tmp_pa
     run, book = RunFolder(tmp_path / "run"), rulebook_of(setup)
     exhibits, records = list(read_evidence(run.evidence)), read_journal(run.journal)[1]
     assert judge_again(book, exhibits, records).disagreements == []
-    assert unproved(prove, book, cases_of(book, exhibits, records)) == []
+    assert refuted(prove, book, cases_of(book, exhibits, records)) == []

@@ -21,7 +21,7 @@ def record(output, until, **options):
 
 
 def go_on(recorder, begin, until):
-    match = synthetic.Match(KEYS)
+    match = synthetic.SyntheticMatch(KEYS)
     for tick in range(round(begin * 10), round(until * 10)):
         match.step(recorder, tick / 10, tick)
 
@@ -34,7 +34,7 @@ def messages_of(path, **options):
 def hear(recorder, *said):
     """Let a recorder hear messages, each (topic, message, stamp), at the latest of their stamps."""
     for number, (topic, body, stamp) in enumerate(said):
-        synthetic.Match(KEYS).say(recorder.mailbox, topic, body, stamp, number)
+        synthetic.SyntheticMatch(KEYS).say(recorder.mailbox, topic, body, stamp, number)
     time = max(stamp for _, _, stamp in said)
     recorder.mailbox.handover(time)
     recorder.tick(Tick(time))

@@ -120,7 +120,7 @@ def test_reports_are_recorded_as_they_were_published(path, recorder):
 
 
 def test_a_zone_of_any_shape_is_outlined_in_the_scene_and_read_back(path, recorder):
-    synthetic.Match(KEYS).step(recorder, 0.0, 0, zones=synthetic.four_shapes())
+    synthetic.SyntheticMatch(KEYS).step(recorder, 0.0, 0, zones=synthetic.four_shapes())
     recorder.stop()
     [(_, _, message)] = messages_of(path, topics="/view/field")
     entities = entities_of(message)
@@ -135,7 +135,7 @@ def test_a_zone_of_any_shape_is_outlined_in_the_scene_and_read_back(path, record
 
 def test_a_game_that_is_not_installed_here_is_recorded_too(path, recorder):
     game = "a-game-from-elsewhere"
-    synthetic.Match(KEYS).step(recorder, 0.0, 0, game=game)
+    synthetic.SyntheticMatch(KEYS).step(recorder, 0.0, 0, game=game)
     recorder.stop()
     assert setting_of(read_recorded(path)).game == game
     _, _, message = messages_of(path, topics="/view/scene")[0]
@@ -306,7 +306,7 @@ def test_a_full_disk_ends_the_recording_and_nothing_else(path, caplog):
 
 @pytest.mark.parametrize(("number", "stamp"), [(2**32, 0.2), (-1, 0.2), (0, -0.1), (0, 2e10)])
 def test_a_message_that_no_recording_can_hold_is_left_out_alone(path, caplog, number, stamp):
-    recorder, match = record(path, 0.2), synthetic.Match(KEYS)
+    recorder, match = record(path, 0.2), synthetic.SyntheticMatch(KEYS)
     for time, sequence in ((stamp, number), (0.3, 2**32 - 1)):
         match.say(recorder.mailbox, KEYS.report("nemo"), synthetic.report("nemo"), time, sequence)
         recorder.mailbox.handover(0.3)
@@ -359,7 +359,7 @@ def test_a_stamp_just_below_a_whole_second_is_a_valid_time(path, recorder):
 
 
 def test_a_recording_ends_with_the_game_although_the_match_goes_on(path, recorder):
-    match = synthetic.Match(KEYS)
+    match = synthetic.SyntheticMatch(KEYS)
     for tick in range(60):
         stage = m.Stage.GAME_OVER if tick >= 20 else m.Stage.PLAY_ROUND
         match.step(recorder, tick / 10, tick, stage=stage)

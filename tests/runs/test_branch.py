@@ -27,7 +27,7 @@ from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
 from vrg.playing.branch import last_instant, play_branch
-from vrg.playing.brancher import Progress, progress_of
+from vrg.playing.brancher import ReplayLine, replay_line
 from vrg.runs.change import Change, branch_of
 from vrg.runs.judged import judge_run
 from vrg.runs.keeping import keep
@@ -185,9 +185,9 @@ def test_the_name_of_a_player_and_of_its_team_is_that_of_the_player(tmp_path: Pa
 
 def test_what_else_is_printed_tells_nothing_of_the_progress() -> None:
     for line in (b"{'debug': 1}", b'{"debug": 1}', b'{"time": "late"}', b"[1]", b"\xff", b""):
-        assert progress_of(line) == Progress()
-    assert progress_of(b'{"time": 4.5}').time == 4.5
-    assert progress_of(b'{"run": "/r", "ending": "it ended"}').run == "/r"
+        assert replay_line(line) == ReplayLine()
+    assert replay_line(b'{"time": 4.5}').time == 4.5
+    assert replay_line(b'{"run": "/r", "ending": "it ended"}').run == "/r"
 
 
 def test_the_strategies_of_a_game_are_those_of_its_package() -> None:

@@ -1,4 +1,4 @@
-"""Run folders."""
+"""Run folders, and what is told of their results."""
 
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from vrg.files import write_json, write_whole
+from vrg.runs.result import summary
 from vrg.runs.run_folder import RunFolder
 
 NOW = datetime(2026, 5, 17, 14, 3, 9)
@@ -46,3 +47,9 @@ def test_a_secret_is_drawn_once_and_anew_where_the_disk_was_full(tmp_path: Path)
         found = set(threads.map(lambda _: folder.secret(), range(8)))
     assert [len(secret) for secret in found] == [32]
     assert folder.secret() in found
+
+
+@pytest.mark.parametrize("name", ["without_evidence", "unproved"])
+def test_calls_without_evidence_are_told_of_runs_of_earlier_releases_too(name: str) -> None:
+    result = {"score": {}, "play_time": None, "radio": {"lost": 0}, name: 3}
+    assert "3 calls cannot be judged again" in summary(result)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vrg.testing.processes.arena import Arena, arena, start
-from vrg.testing.processes.match import MINNOWS, Match, long_match, on_small_disk, patient
+from vrg.testing.processes.match import MINNOWS, LiveMatch, long_match, on_small_disk, patient
 from vrg.testing.processes.programs import screen
 from vrg.testing.requirements import missing
 
@@ -40,7 +40,7 @@ class Stuck(SharksAndMinnowsPlayer):
 
 
 @pytest.fixture
-def match(arena: Arena) -> Match:
+def match(arena: Arena) -> LiveMatch:
     """The shared match, in play, with every minnow moving."""
     shared = arena.shared(patient(long_match("long")))
     shared.observer.wait_moving(*MINNOWS)

@@ -9,7 +9,7 @@ import pytest
 
 from vrg.launch.sandbox.seal import missing
 from vrg.testing.can.vcan import require_loopback
-from vrg.testing.processes.match import Match, long_match, match_text
+from vrg.testing.processes.match import LiveMatch, long_match, match_text
 from vrg.testing.requirements import missing as lacking
 from vrg.testing.waiting import wait_until
 
@@ -82,7 +82,7 @@ def found_nothing(log: Path) -> bool:
 
 
 def test_over_processes_it_finds_nothing_beside_keys_and_the_driver_of_motors(
-    start: Callable[..., Match], spy: str
+    start: Callable[..., LiveMatch], spy: str
 ) -> None:
     require_loopback()
     if (why := missing()) is not None:
@@ -93,7 +93,7 @@ def test_over_processes_it_finds_nothing_beside_keys_and_the_driver_of_motors(
         wait_until(lambda name=name: found_nothing(match.run.logs / f"{name}.log"), f"{name} to have searched")
 
 
-def test_it_finds_nothing_where_nothing_is_sealed(start: Callable[..., Match], spy: str) -> None:
+def test_it_finds_nothing_where_nothing_is_sealed(start: Callable[..., LiveMatch], spy: str) -> None:
     match = start(f"sandbox = false\n{by(long_match('spied'), spy, 'ann')}")
     wait_until(lambda: found_nothing(match.run.logs / "ann.log"), "ann to have searched")
 

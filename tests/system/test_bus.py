@@ -19,7 +19,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock, Drive, Estop
 from vrg.bus.session import open_session
 from vrg.coordinator.journal import read_journal
-from vrg.testing.processes.match import MINNOWS, PLAYERS, Match
+from vrg.testing.processes.match import MINNOWS, PLAYERS, LiveMatch
 from vrg.testing.waiting import wait_until
 from vrg.types import Twist
 
@@ -57,7 +57,7 @@ BAD: dict[str, Callable[[str], bytes]] = {
 ROUNDS = 3
 
 
-def test_bad_messages_on_every_key_are_dropped_and_play_goes_on(match: Match) -> None:
+def test_bad_messages_on_every_key_are_dropped_and_play_goes_on(match: LiveMatch) -> None:
     observer = match.observer
     match.abused = True
     everybody = ("router", "world", "coordinator", "recorder", *PLAYERS)
@@ -86,7 +86,7 @@ def test_bad_messages_on_every_key_are_dropped_and_play_goes_on(match: Match) ->
 
 
 @pytest.mark.thorough
-def test_who_looks_after_a_match_is_told_how_many_messages_were_refused(match: Match) -> None:
+def test_who_looks_after_a_match_is_told_how_many_messages_were_refused(match: LiveMatch) -> None:
     match.abused = True
     stray = encode(Received(match.keys.drive("ann").key, 1.0, 0, Drive(twist=Twist(0.0, 0.0)), "player/ann/1"))
     refused = re.compile(rf"{match.keys.match}: ([1-9]\d*) came under a wrong key")
@@ -102,7 +102,7 @@ def test_who_looks_after_a_match_is_told_how_many_messages_were_refused(match: M
 
 
 @pytest.mark.thorough
-def test_who_joins_late_is_not_given_old_calls_as_new(match: Match) -> None:
+def test_who_joins_late_is_not_given_old_calls_as_new(match: LiveMatch) -> None:
     old = [call.number for record in read_journal(match.run.journal)[1] for call in record.calls]
     assert old, "the begin of the round was called"
     mailbox = Mailbox()
@@ -115,7 +115,7 @@ def test_who_joins_late_is_not_given_old_calls_as_new(match: Match) -> None:
     assert [call.body.text for call in calls.take() if call.body.number <= max(old)] == []
 
 
-def test_topics_are_listed_with_rates_and_nodes(match: Match) -> None:
+def test_topics_are_listed_with_rates_and_nodes(match: LiveMatch) -> None:
     listed: dict[str, Any] = {}
     topics: dict[str, Any] = {}
 
@@ -136,7 +136,7 @@ def test_topics_are_listed_with_rates_and_nodes(match: Match) -> None:
 
 
 @pytest.mark.thorough
-def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
+def test_the_rate_of_a_topic_is_measured(match: LiveMatch) -> None:
     rows = [json.loads(line) for line in match.command("topic", "hz", "clock", "--json", "--count", "2").splitlines()]
     assert len(rows) == 2
     assert rows[-1]["hz"] > 0.0
@@ -144,7 +144,7 @@ def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
 
 
 @pytest.mark.thorough
-def test_the_readings_of_sensors_come_line_by_line_where_there_is_no_terminal(match: Match, tmp_path: Path) -> None:
+def test_the_readings_of_sensors_come_line_by_line_where_there_is_no_terminal(match: LiveMatch, tmp_path: Path) -> None:
     command = ["show", "sensors", PLAYERS[0], match.keys.match, "--router", match.endpoint]
     printed = tmp_path / "printed"
     with printed.open("wb") as file:

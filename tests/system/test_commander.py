@@ -10,7 +10,7 @@ import pytest
 
 from tests.system.test_leases import LED, STILL, lease_match
 from vrg.bus.pacing import LEASE
-from vrg.testing.processes.match import Match
+from vrg.testing.processes.match import LiveMatch
 from vrg.testing.processes.programs import Helper, helper
 from vrg.testing.waiting import wait_until
 
@@ -34,7 +34,7 @@ def press(hands: Helper, button: int) -> None:
 
 
 @contextlib.contextmanager
-def coach(match: Match, folder: Path) -> Iterator[Helper]:
+def coach(match: LiveMatch, folder: Path) -> Iterator[Helper]:
     """The hands of the person with the gamepad."""
     where = (match.endpoint, match.keys.match, "red")
     with helper(Path(__file__).with_name("commander_process.py"), *where, log=folder / "commander.log") as hands:
@@ -43,7 +43,7 @@ def coach(match: Match, folder: Path) -> Iterator[Helper]:
         yield hands
 
 
-def drive(hands: Helper, match: Match, index: int) -> None:
+def drive(hands: Helper, match: LiveMatch, index: int) -> None:
     """Select a player and drive it ahead."""
     name = LED[index]
     press(hands, DIRECTIONS[index])
@@ -54,7 +54,7 @@ def drive(hands: Helper, match: Match, index: int) -> None:
 
 def test_a_commander_that_dies_or_loses_its_gamepad_while_it_drives(tmp_path: Path) -> None:
     (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
-    with Match(tmp_path, lease_match(), movers=()) as match:
+    with LiveMatch(tmp_path, lease_match(), movers=()) as match:
         observer = match.observer
         with coach(match, tmp_path) as hands:
             for index, name in enumerate(LED):

@@ -19,7 +19,7 @@ from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again
 from vrg.hal.driver import COMMAND_TIMEOUT
-from vrg.testing.processes.match import MINNOWS, PLAYERS, Match
+from vrg.testing.processes.match import MINNOWS, PLAYERS, LiveMatch
 from vrg.types import STILL
 
 pytestmark = pytest.mark.system
@@ -37,7 +37,7 @@ def takeover(messages: Sequence[Received[Any]]) -> int | None:
     return first or None
 
 
-def strike(match: Match, name: str, fault: signal.Signals) -> psutil.Process:
+def strike(match: LiveMatch, name: str, fault: signal.Signals) -> psutil.Process:
     """Kill or freeze a process."""
     process = match.child(name)
     match.observer.look()
@@ -45,7 +45,7 @@ def strike(match: Match, name: str, fault: signal.Signals) -> psutil.Process:
     return process
 
 
-def nobody_moves_before_resume(match: Match) -> None:
+def nobody_moves_before_resume(match: LiveMatch) -> None:
     """Robots stand while the match is halted, however long; then it is resumed."""
     observer = match.observer
     observer.wait_until(observer.standing, "all robots to stand")
@@ -71,7 +71,9 @@ def assert_same_standing(heard: Received[RefereeState], last: Received[RefereeSt
 
 
 @FAULTS
-def test_the_robot_of_a_player_that_fails_stops_and_plays_on_in_its_role(match: Match, fault: signal.Signals) -> None:
+def test_the_robot_of_a_player_that_fails_stops_and_plays_on_in_its_role(
+    match: LiveMatch, fault: signal.Signals
+) -> None:
     observer = match.observer
     since = len(observer.heard.poses)
     old = strike(match, "ann", fault)
@@ -101,7 +103,7 @@ def test_the_robot_of_a_player_that_fails_stops_and_plays_on_in_its_role(match: 
     observer.wait_moving("ann")
 
 
-def test_a_player_that_is_asked_to_stop_stops_its_robot_first(match: Match) -> None:
+def test_a_player_that_is_asked_to_stop_stops_its_robot_first(match: LiveMatch) -> None:
     observer = match.observer
     drives = observer.heard.drives["bob"]
     sender = drives[-1].sender
@@ -119,7 +121,7 @@ def test_a_player_that_is_asked_to_stop_stops_its_robot_first(match: Match) -> N
 
 @FAULTS
 def test_a_coordinator_that_fails_comes_back_in_halt_with_the_same_standing(
-    match: Match, fault: signal.Signals
+    match: LiveMatch, fault: signal.Signals
 ) -> None:
     observer = match.observer
     observer.decide(OfficialAction.SET_SCORE, "sharks", "2")
@@ -148,7 +150,7 @@ def test_a_coordinator_that_fails_comes_back_in_halt_with_the_same_standing(
 
 
 @FAULTS
-def test_a_world_that_fails_goes_on_from_its_snapshot_after_a_halt(match: Match, fault: signal.Signals) -> None:
+def test_a_world_that_fails_goes_on_from_its_snapshot_after_a_halt(match: LiveMatch, fault: signal.Signals) -> None:
     observer = match.observer
     epoch = observer.epoch
     old = strike(match, "world", fault)
@@ -175,7 +177,7 @@ def test_a_world_that_fails_goes_on_from_its_snapshot_after_a_halt(match: Match,
 
 
 @FAULTS
-def test_robots_without_a_router_stop_and_everybody_reconnects(match: Match, fault: signal.Signals) -> None:
+def test_robots_without_a_router_stop_and_everybody_reconnects(match: LiveMatch, fault: signal.Signals) -> None:
     observer = match.observer
     score, poses = observer.state.score, observer.heard.poses
     since, struck = len(poses), observer.now

@@ -14,7 +14,7 @@ from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
 from vrg.recording.reader import read_tracks
 from vrg.runs.run_folder import RunFolder
-from vrg.testing.processes.match import PLAYERS, Match, long_match
+from vrg.testing.processes.match import PLAYERS, LiveMatch, long_match
 from vrg.testing.processes.observer import Observer
 from vrg.testing.waiting import wait_until
 
@@ -56,7 +56,7 @@ def still_open(folder: Path) -> Iterator[Path]:
         os.close(descriptor)
 
 
-def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., Match], small_disk: Path) -> None:
+def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., LiveMatch], small_disk: Path) -> None:
     match = start(long_match("crowded"), small_disk=small_disk)
     observer = match.observer
     wait_until(lambda: recorded(match.run), "the recorder to have written something")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vrg.testing.processes.match import MINNOWS, Match
+from vrg.testing.processes.match import MINNOWS, LiveMatch
 
 pytestmark = pytest.mark.system
 
@@ -20,7 +20,7 @@ SECONDS = {
 """
 
 
-def test_a_second_one_is_refused(match: Match, tmp_path: Path) -> None:
+def test_a_second_one_is_refused(match: LiveMatch, tmp_path: Path) -> None:
     observer = match.observer
     clock, restarts, epoch = observer.state.clock, match.said().count("started again"), observer.epoch
 

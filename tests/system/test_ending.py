@@ -11,13 +11,13 @@ from vrg.bus.messages import Stage
 from vrg.coordinator.journal import read_journal
 from vrg.recording.reader import calls_of, read_tracks
 from vrg.recording.recorded import read_recorded
-from vrg.testing.processes.match import PLAYERS, Match, long_match, short_match
+from vrg.testing.processes.match import PLAYERS, LiveMatch, long_match, short_match
 from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 
 
-def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None:
+def test_a_short_match_is_played_to_its_end(start: Callable[..., LiveMatch]) -> None:
     match = start(short_match("short", pass_limit=12.0, rate=3.0))
     assert match.play_out() == 0
     said, run = match.said(), match.run
@@ -56,7 +56,7 @@ def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None
 
 
 @pytest.mark.thorough
-def test_nobody_outlives_a_launcher_that_is_killed(start: Callable[..., Match], tmp_path: Path) -> None:
+def test_nobody_outlives_a_launcher_that_is_killed(start: Callable[..., LiveMatch], tmp_path: Path) -> None:
     """Not even a player in an endless loop, which never looks whether it should stop."""
     (tmp_path / "stuck.py").write_text(STUCK_ONCE)
     strategy = f'name = "bob"\nstrategy = "{tmp_path}/stuck.py:Stuck"'

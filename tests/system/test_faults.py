@@ -7,7 +7,7 @@ import pytest
 
 from tests.playing.test_stepped import BROKEN
 from vrg.bus.messages import DISQUALIFIED
-from vrg.testing.processes.match import Match, long_match
+from vrg.testing.processes.match import LiveMatch, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
@@ -43,7 +43,7 @@ def match_text(folder: Path) -> str:
     return text
 
 
-def test_broken_players_are_named_and_out_and_can_be_replaced(start: Callable[..., Match], tmp_path: Path) -> None:
+def test_broken_players_are_named_and_out_and_can_be_replaced(start: Callable[..., LiveMatch], tmp_path: Path) -> None:
     broken, mended = tmp_path / "broken.py", tmp_path / "mended.py"
     broken.write_text(BROKEN)
     mended.write_text(MENDED)

@@ -19,7 +19,7 @@ from vrg.games import GAMES
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT
 from vrg.recording.reader import read_tracks
 from vrg.runs.events import EventKind, read_events
-from vrg.testing.processes.match import MINNOWS, PLAYERS, Match, long_match, patient
+from vrg.testing.processes.match import MINNOWS, PLAYERS, LiveMatch, long_match, patient
 from vrg.testing.requirements import missing
 from vrg.testing.waiting import wait_until
 
@@ -46,20 +46,20 @@ def spread(lab: Lab, name: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def shared(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Match]:
+def shared(lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveMatch]:
     """A match that tests use one after the other."""
-    with Match(tmp_path_factory.mktemp("match"), spread(lab, "hosts"), environment=lab.environment) as match:
+    with LiveMatch(tmp_path_factory.mktemp("match"), spread(lab, "hosts"), environment=lab.environment) as match:
         yield match
 
 
 @pytest.fixture
-def match(shared: Match) -> Match:
+def match(shared: LiveMatch) -> LiveMatch:
     """The shared match, in play."""
     plays_on(shared)
     return shared
 
 
-def plays_on(match: Match) -> None:
+def plays_on(match: LiveMatch) -> None:
     """Wait until all minnows move, and resume play as an official does whenever it is halted meanwhile.
 
     One who resumes before a player or a machine is back takes the risk of another halt; this one waits for all.
@@ -87,7 +87,7 @@ def process_of(host: LabHost, kind: str, name: str = "") -> psutil.Process | Non
     return None
 
 
-def replaced(match: Match, host: LabHost, kind: str, name: str, old: psutil.Process) -> None:
+def replaced(match: LiveMatch, host: LabHost, kind: str, name: str, old: psutil.Process) -> None:
     def another() -> bool:
         new = process_of(host, kind, name)
         return new is not None and new.pid != old.pid
@@ -95,7 +95,7 @@ def replaced(match: Match, host: LabHost, kind: str, name: str, old: psutil.Proc
     match.observer.wait_until(another, f"{name or kind} to be started again on {host.name}", PATIENCE)
 
 
-def stood_within(match: Match, name: str, since: int, before: str, seconds: float) -> None:
+def stood_within(match: LiveMatch, name: str, since: int, before: str, seconds: float) -> None:
     """A robot stood so soon after the poses of number `since`, or after its last command, which may have come later."""
     observer = match.observer
     observer.wait_until(lambda: observer.stopped_at(name, since, before) is not None, f"{name} to stand", PATIENCE)
@@ -106,13 +106,13 @@ def stood_within(match: Match, name: str, since: int, before: str, seconds: floa
     assert stopped - last <= seconds, f"{name} drove on for {stopped - last:.2f} s of match time"
 
 
-def driver(match: Match, name: str) -> str:
+def driver(match: LiveMatch, name: str) -> str:
     """Who drives this robot."""
     match.observer.look()
     return match.observer.heard.drives[name][-1].sender
 
 
-def test_every_process_runs_on_its_host(match: Match, lab: Lab) -> None:
+def test_every_process_runs_on_its_host(match: LiveMatch, lab: Lab) -> None:
     assert process_of(lab.hosts["h1"], "world")
     assert process_of(lab.hosts["h2"], "player", "ann")
     assert process_of(lab.hosts["h3"], "player", "bob")
@@ -120,7 +120,7 @@ def test_every_process_runs_on_its_host(match: Match, lab: Lab) -> None:
     assert match.endpoint.startswith("tls/10.77.0.1:"), "a match over several machines has seats"
 
 
-def test_a_killed_process_of_another_host_is_started_again_there(match: Match, lab: Lab) -> None:
+def test_a_killed_process_of_another_host_is_started_again_there(match: LiveMatch, lab: Lab) -> None:
     observer, host = match.observer, lab.hosts["h2"]
     old = process_of(host, "player", "ann")
     assert old is not None
@@ -133,7 +133,7 @@ def test_a_killed_process_of_another_host_is_started_again_there(match: Match, l
 
 
 @pytest.mark.thorough
-def test_when_an_agent_is_killed_its_processes_end_and_others_take_their_places(match: Match, lab: Lab) -> None:
+def test_when_an_agent_is_killed_its_processes_end_and_others_take_their_places(match: LiveMatch, lab: Lab) -> None:
     observer, host = match.observer, lab.hosts["h3"]
     old, agent = process_of(host, "player", "bob"), host.agent()
     assert old is not None
@@ -149,7 +149,7 @@ def test_when_an_agent_is_killed_its_processes_end_and_others_take_their_places(
     assert (EventKind.AWAY, "h3 does not answer (bob)") in told, "the stop certificate is made of such events"
 
 
-def test_a_link_that_is_cut_for_a_moment_stops_the_robots_behind_it(match: Match, lab: Lab) -> None:
+def test_a_link_that_is_cut_for_a_moment_stops_the_robots_behind_it(match: LiveMatch, lab: Lab) -> None:
     observer, host = match.observer, lab.hosts["h2"]
     old = process_of(host, "player", "ann")
     assert old is not None
@@ -165,7 +165,7 @@ def test_a_link_that_is_cut_for_a_moment_stops_the_robots_behind_it(match: Match
 
 
 @pytest.mark.thorough
-def test_a_host_whose_link_stays_cut_stops_its_own_processes_and_comes_back(match: Match, lab: Lab) -> None:
+def test_a_host_whose_link_stays_cut_stops_its_own_processes_and_comes_back(match: LiveMatch, lab: Lab) -> None:
     """The world is there: nobody has a clock, and all robots stand, as the world does not step without it."""
     host = lab.hosts["h1"]
     world = process_of(host, "world")
@@ -186,7 +186,7 @@ def hosts_end(lab: Lab) -> None:
         wait_until(lambda host=host: not host.processes(), f"all on {host.name} to end")  # type: ignore[misc]
 
 
-def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Match) -> None:
+def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: LiveMatch) -> None:
     """The last test of the shared match."""
     match = shared
     try:
@@ -205,7 +205,7 @@ def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Ma
 
 @pytest.mark.thorough
 def test_roboflag_over_three_hosts_and_a_bad_radio_is_played_to_its_end(
-    lab: Lab, tmp_path: Path, shared: Match
+    lab: Lab, tmp_path: Path, shared: LiveMatch
 ) -> None:
     shared.close()
     text = GAMES.get("roboflag").default_match().read_text(encoding="utf-8")
@@ -218,7 +218,7 @@ def test_roboflag_over_three_hosts_and_a_bad_radio_is_played_to_its_end(
     )
     for number, name in enumerate(("red1", "red2", "red3", "blue1", "blue2", "blue3"), 2):
         text = text.replace(f'name = "{name}"', f'name = "{name}"\nmachine = "h{number % 3 + 1}"')
-    with Match(tmp_path, text, environment=lab.environment, movers=()) as match:
+    with LiveMatch(tmp_path, text, environment=lab.environment, movers=()) as match:
         assert match.play_out() == 0
     result = json.loads(match.run.result.read_text())
     assert result["ended"] == "game over"
@@ -234,7 +234,7 @@ def test_roboflag_over_three_hosts_and_a_bad_radio_is_played_to_its_end(
 
 
 @pytest.mark.thorough
-def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path: Path, shared: Match) -> None:
+def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path: Path, shared: LiveMatch) -> None:
     shared.close()
     text = spread(lab, "checked").replace('[machines.h2]\nhost = "h2"', '[machines.h2]\nhost = "10.77.0.99"')
     text = text.replace(
@@ -259,12 +259,12 @@ def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path:
 
 
 @pytest.mark.thorough
-def test_two_sites_with_a_router_each_lose_the_link_between_them(lab: Lab, tmp_path: Path, shared: Match) -> None:
+def test_two_sites_with_a_router_each_lose_the_link_between_them(lab: Lab, tmp_path: Path, shared: LiveMatch) -> None:
     """The processes of h3 use the router of h2; when the link of h2 is cut, both hear nobody else any more."""
     shared.close()
     text = spread(lab, "sites").replace('host = "h2"', 'host = "h2"\nrouter = true')
     text = text.replace('host = "h3"', 'host = "h3"\nvia = "h2"')
-    with Match(tmp_path, text, environment=lab.environment) as match:
+    with LiveMatch(tmp_path, text, environment=lab.environment) as match:
         observer, host = match.observer, lab.hosts["h2"]
         assert process_of(host, "router")
         old = process_of(host, "player", "ann")
@@ -283,7 +283,7 @@ def test_two_sites_with_a_router_each_lose_the_link_between_them(lab: Lab, tmp_p
 
 @pytest.mark.thorough
 def test_wall_clocks_that_are_wrong_and_are_set_in_the_match_harm_nothing_and_a_frozen_launcher_loses_its_lease(
-    lab: Lab, tmp_path: Path, shared: Match
+    lab: Lab, tmp_path: Path, shared: LiveMatch
 ) -> None:
     """The world's machine and a player's are hours off, each in its own way; leases last no longer for that."""
     shared.close()
@@ -302,7 +302,7 @@ def test_wall_clocks_that_are_wrong_and_are_set_in_the_match_harm_nothing_and_a_
     before = int(time.time())
     there = int(subprocess.run(probe, capture_output=True, check=True).stdout)
     assert before + 3600 <= there <= time.time() + 3600, "the wall clock is wrong there"
-    with Match(tmp_path, text, environment=lab.environment) as match:
+    with LiveMatch(tmp_path, text, environment=lab.environment) as match:
         observer = match.observer
         plays_on(match)
         for hours in (-2, 5):

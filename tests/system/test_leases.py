@@ -8,7 +8,7 @@ import pytest
 from tests.system.conftest import FAULTS
 from vrg.bus.messages import OfficialAction, PlayerStatus
 from vrg.hal.permission import REFEREE_TIMEOUT
-from vrg.testing.processes.match import Match
+from vrg.testing.processes.match import LiveMatch
 from vrg.testing.processes.observer import Observer
 
 LED = ("red1", "red2", "red3", "red4")
@@ -58,7 +58,7 @@ def status(observer: Observer, name: str) -> PlayerStatus:
 @FAULTS
 def test_four_led_robots_stop_when_the_referee_falls_silent(tmp_path: Path, fault: signal.Signals) -> None:
     (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
-    with Match(tmp_path, lease_match(), movers=()) as match:
+    with LiveMatch(tmp_path, lease_match(), movers=()) as match:
         observer = match.observer
 
         def driven(*led: str) -> bool:

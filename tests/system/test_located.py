@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from vrg.testing.processes.match import MINNOWS, Match, long_match
+from vrg.testing.processes.match import MINNOWS, LiveMatch, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
@@ -20,7 +20,7 @@ def match_text() -> str:
     return text
 
 
-def test_robots_stand_while_nothing_locates_them(start: Callable[..., Match]) -> None:
+def test_robots_stand_while_nothing_locates_them(start: Callable[..., LiveMatch]) -> None:
     match = start(match_text(), seats=True)
     observer = match.observer
     observer.wait_moving(*MINNOWS)

@@ -16,7 +16,7 @@ from tests.system.tap import Tap
 from vrg.hal.can.odrive import messages
 from vrg.testing.can.vcan import UDP, require_loopback
 from vrg.testing.processes.arena import Arena
-from vrg.testing.processes.match import MINNOWS, Match, match_text
+from vrg.testing.processes.match import MINNOWS, LiveMatch, match_text
 
 pytestmark = pytest.mark.system
 
@@ -53,7 +53,7 @@ def strategies(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def mixed(arena: Arena, strategies: Path) -> Match:
+def mixed(arena: Arena, strategies: Path) -> LiveMatch:
     """The shared match, in play, with every minnow moving."""
     match = arena.shared(mixed_match(strategies))
     plays_on(match, *MINNOWS)
@@ -66,7 +66,7 @@ def tap() -> Iterator[Tap]:
         yield tap
 
 
-def stays(match: Match, tap: Tap, *nodes: int) -> None:
+def stays(match: LiveMatch, tap: Tap, *nodes: int) -> None:
     """The motors stand for a while, although everybody goes on."""
     began = len(match.observer.heard.poses)
     match.observer.time_passes(1.0, "standing")
@@ -74,7 +74,7 @@ def stays(match: Match, tap: Tap, *nodes: int) -> None:
     assert len(match.observer.heard.poses) > began
 
 
-def plays_on(match: Match, *names: str) -> None:
+def plays_on(match: LiveMatch, *names: str) -> None:
     """Wait until these move; whenever play is halted meanwhile, an official recovers the robots and resumes it.
 
     A new player may be too late for its robot's pose to be in time: whether that halts play is a matter of speed.
@@ -88,7 +88,7 @@ def plays_on(match: Match, *names: str) -> None:
     observer.wait_until(moving, f"{', '.join(names)} to move again", patience=90.0)
 
 
-def test_bodies_are_told_apart_and_time_is_real(mixed: Match) -> None:
+def test_bodies_are_told_apart_and_time_is_real(mixed: LiveMatch) -> None:
     observer = mixed.observer
     physical = {body.name: body.physical for body in observer.heard.poses[-1].body.bodies}
     assert physical == {"shark": False, "ann": True, "bob": True, "cid": False}
@@ -98,7 +98,7 @@ def test_bodies_are_told_apart_and_time_is_real(mixed: Match) -> None:
 
 
 @FAULTS
-def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Tap, fault: signal.Signals) -> None:
+def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: LiveMatch, tap: Tap, fault: signal.Signals) -> None:
     observer = mixed.observer
     old = mixed.child("ann")
     observer.wait_until(lambda: abs(tap.velocity(0)) > 5 and abs(tap.velocity(1)) > 5, "ann's motors to turn")
@@ -119,7 +119,7 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
 
 @pytest.mark.thorough
 def test_a_player_in_an_endless_loop_drives_no_motor_and_hears_the_emergency_stop(
-    mixed: Match, tap: Tap, strategies: Path
+    mixed: LiveMatch, tap: Tap, strategies: Path
 ) -> None:
     """Its player, which hears the CAN bus and the match, switches off what the drives' watchdogs have not."""
     observer = mixed.observer
@@ -147,7 +147,7 @@ def test_a_player_in_an_endless_loop_drives_no_motor_and_hears_the_emergency_sto
     plays_on(mixed, "ann", "bob")
 
 
-def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: Match, tap: Tap) -> None:
+def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: LiveMatch, tap: Tap) -> None:
     observer = mixed.observer
     mixed.command("estop", "--reason", "test")
     observer.wait_until(
@@ -163,7 +163,7 @@ def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: Ma
     plays_on(mixed, "ann", "bob")
 
 
-def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match, tap: Tap) -> None:
+def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: LiveMatch, tap: Tap) -> None:
     observer = mixed.observer
     old = mixed.child("drives")
     old.kill()
@@ -182,7 +182,7 @@ def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match,
 
 @pytest.mark.thorough
 def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothing(
-    mixed: Match, tap: Tap, tmp_path: Path
+    mixed: LiveMatch, tap: Tap, tmp_path: Path
 ) -> None:
     """It claims its name before it opens the bus: a second program that speaks to the drives would stop the robot."""
     observer = mixed.observer
@@ -212,7 +212,7 @@ def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothin
 def test_a_wrong_id_is_said_before_anything_moves(arena: Arena, tmp_path: Path) -> None:
     arena.clear()
     text = match_text("mixed-wrong", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, can="emulate = false")
-    with closing(Match(tmp_path, text)) as match:
+    with closing(LiveMatch(tmp_path, text)) as match:
         assert match.launcher.wait(120.0) == 1
     on = f"{UDP.interface}:{UDP.channel}"
     assert f"expected a heartbeat of odrive nodes 0, 1 on {on} within 3 s, got none" in match.said()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vrg.testing.processes.arena import Arena
-from vrg.testing.processes.match import Match, long_match
+from vrg.testing.processes.match import LiveMatch, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
@@ -14,7 +14,7 @@ def test_two_matches_that_start_at_once_are_both_played(arena: Arena, tmp_path: 
     arena.clear()
     for name in ("left", "right"):
         (tmp_path / name).mkdir()
-    matches = [Match(tmp_path / name, long_match("same")) for name in ("left", "right")]
+    matches = [LiveMatch(tmp_path / name, long_match("same")) for name in ("left", "right")]
     with matches[0] as left, matches[1] as right:
         assert left.endpoint != right.endpoint
         left.command("official", "halt")

@@ -3,7 +3,7 @@
 import pytest
 
 from vrg.coordinator.journal import read_journal
-from vrg.testing.processes.match import PLAYERS, Match
+from vrg.testing.processes.match import PLAYERS, LiveMatch
 from vrg.testing.processes.observer import Observer, at_rest
 from vrg.testing.waiting import wait_until
 
@@ -28,7 +28,7 @@ def rest_after(observer: Observer, name: str, at: float) -> float | None:
     return next((p.stamp for p in poses if at_rest(observer.body(name, p))), None)
 
 
-def test_an_official_halts_and_resumes(match: Match) -> None:
+def test_an_official_halts_and_resumes(match: LiveMatch) -> None:
     observer = match.observer
     assert "play is halted: called by" in match.command("official", "halt", "--reason", "a dog on the field")
     observer.wait_until(lambda: observer.state.halted, "the halt")
@@ -43,7 +43,7 @@ def test_an_official_halts_and_resumes(match: Match) -> None:
     observer.wait_until(lambda: observer.state.clock > clock, "the play clock to go on")
 
 
-def test_an_official_overrules_score_and_state(match: Match) -> None:
+def test_an_official_overrules_score_and_state(match: LiveMatch) -> None:
     observer = match.observer
     assert "set-score minnows 3" in match.command("official", "set-score", "minnows", "3")
     observer.wait_until(lambda: observer.state.score["minnows"] == 3, "the new score")
@@ -60,7 +60,7 @@ def test_an_official_overrules_score_and_state(match: Match) -> None:
     assert decided[-4:] == ["overruled", "overruled", "overruled", "refused"]
 
 
-def test_an_emergency_stop_holds_until_it_is_released_and_play_is_resumed(match: Match) -> None:
+def test_an_emergency_stop_holds_until_it_is_released_and_play_is_resumed(match: LiveMatch) -> None:
     observer = match.observer
     told = {name: len(observer.heard.robots[name]) for name in PLAYERS}
     since, pressed = len(observer.heard.poses), len(observer.heard.estops)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vrg.testing.processes.match import Match
+from vrg.testing.processes.match import LiveMatch
 
 pytestmark = pytest.mark.system
 
@@ -21,7 +21,7 @@ def test_it_needs_only_zenoh_and_messagepack() -> None:
     assert {name for name in named if name.split(".")[0] not in sys.stdlib_module_names} == {"zenoh", "msgpack"}
 
 
-def test_it_hears_the_match_and_drives_a_robot(match: Match) -> None:
+def test_it_hears_the_match_and_drives_a_robot(match: LiveMatch) -> None:
     observer = match.observer
     command = [sys.executable, "-I", str(PROGRAM), match.keys.match, "bob", "--router", match.endpoint]
     with subprocess.Popen([*command, "--seconds", "600"], stdout=subprocess.PIPE, text=True) as program:

@@ -13,7 +13,7 @@ from vrg.config.loading import load_match
 from vrg.launch.sandbox.seal import missing
 from vrg.seats.folder import LOCAL_HOSTS, KeysFolder
 from vrg.testing.processes.arena import Arena
-from vrg.testing.processes.match import Match, long_match
+from vrg.testing.processes.match import LiveMatch, long_match
 from vrg.testing.requirements import missing as lacking
 from vrg.testing.waiting import wait_until
 
@@ -59,7 +59,7 @@ def noted(path: Path) -> bool:
 
 
 @pytest.fixture(scope="module")
-def sealed(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Match, Path]]:
+def sealed(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[LiveMatch, Path]]:
     """A match of sealed players, one of whom cheats, and the folder of their strategies."""
     folder = tmp_path_factory.mktemp("sealed")
     text, keys = text_of(folder), folder / "keys"
@@ -75,7 +75,7 @@ def sealed(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[t
     match.close()
 
 
-def test_a_cheat_harms_only_itself_and_is_named(sealed: tuple[Match, Path]) -> None:
+def test_a_cheat_harms_only_itself_and_is_named(sealed: tuple[LiveMatch, Path]) -> None:
     match, folder = sealed
     observer = match.observer
     others = {name: match.child(name).pid for name in ("world", "coordinator", "router", "shark", *HONEST_MINNOWS)}
@@ -97,7 +97,7 @@ def test_a_cheat_harms_only_itself_and_is_named(sealed: tuple[Match, Path]) -> N
 
 
 @pytest.mark.thorough
-def test_sealed_players_get_in_again_after_the_router_has_died(sealed: tuple[Match, Path]) -> None:
+def test_sealed_players_get_in_again_after_the_router_has_died(sealed: tuple[LiveMatch, Path]) -> None:
     match, _ = sealed
     for name in ("shark", *HONEST_MINNOWS):
         (strategy,) = match.child(name).children()

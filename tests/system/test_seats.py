@@ -23,7 +23,7 @@ from vrg.seats.credentials import Credentials, find_credentials
 from vrg.seats.folder import KeysFolder
 from vrg.seats.seat import Seat, SeatKind
 from vrg.testing.processes.arena import Arena
-from vrg.testing.processes.match import PLAYERS, Match, long_match, patient, short_match
+from vrg.testing.processes.match import PLAYERS, LiveMatch, long_match, patient, short_match
 from vrg.testing.waiting import DEADLINE
 from vrg.types import STILL, Pose, Twist
 
@@ -35,7 +35,7 @@ FAR = 9e5
 
 
 @pytest.fixture(scope="module")
-def guarded(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Match]:
+def guarded(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveMatch]:
     """A long match with seats whose keys were made before, in play."""
     folder = tmp_path_factory.mktemp("guarded")
     text = patient(long_match("guarded"))
@@ -48,12 +48,12 @@ def guarded(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     running.close()
 
 
-def seat(match: Match, wanted: Seat) -> Credentials:
+def seat(match: LiveMatch, wanted: Seat) -> Credentials:
     assert match.seats is not None
     return find_credentials(match.seats, [wanted])
 
 
-def rogue(match: Match, folder: Path, **told: Any) -> Counter[str]:
+def rogue(match: LiveMatch, folder: Path, **told: Any) -> Counter[str]:
     """Let a process with the keys in a folder do things; how many messages it has heard, by key."""
     told.setdefault("until", [match.keys.clock.key])
     done = subprocess.run(
@@ -87,7 +87,7 @@ def put(key: str, body: Message, stamp: float = 1.0) -> tuple[str, str]:
 class Spy:
     """What an official hears, which is everything, with the payloads."""
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: LiveMatch) -> None:
         self.heard: list[tuple[str, bytes]] = []
         self._key = f"{match.keys.root}/**"
         self._stack = open_session(match.endpoint, credentials=seat(match, Seat(SeatKind.OFFICIAL)))
@@ -107,7 +107,7 @@ class Spy:
         return (key, bytes.fromhex(payload)) in self.heard
 
 
-def test_a_whole_match_is_played_and_nothing_of_it_is_refused(start: Callable[..., Match]) -> None:
+def test_a_whole_match_is_played_and_nothing_of_it_is_refused(start: Callable[..., LiveMatch]) -> None:
     match = start(short_match("whole"), seats=True, movers=())
     assert match.endpoint.startswith("tls/")
     window = match.join(Seat(SeatKind.WINDOW))
@@ -128,7 +128,7 @@ def test_a_whole_match_is_played_and_nothing_of_it_is_refused(start: Callable[..
     assert set(tracks) == set(PLAYERS), "the recorder has heard everything that it records"
 
 
-def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) -> None:
+def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: LiveMatch) -> None:
     keys, observer = guarded.keys, guarded.observer
     before = observer.state
     own = put(keys.report("ann").key, m.Report(mode="rogue", armed=False, fault="forged"))
@@ -177,7 +177,7 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
     assert nodes.count("world/world") == nodes.count("player/bob") == 1
 
 
-def test_a_player_stops_all_robots_but_only_an_official_lets_them_go(guarded: Match, tmp_path: Path) -> None:
+def test_a_player_stops_all_robots_but_only_an_official_lets_them_go(guarded: LiveMatch, tmp_path: Path) -> None:
     keys, observer = guarded.keys, guarded.observer
     stick = tmp_path / "stick"
     guarded.command("keys", "hand", str(ANN), "--keys", str(guarded.seats), "--output", str(stick))
@@ -197,7 +197,7 @@ def test_a_player_stops_all_robots_but_only_an_official_lets_them_go(guarded: Ma
 
 
 @pytest.mark.thorough
-def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guarded: Match) -> None:
+def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guarded: LiveMatch) -> None:
     keys = guarded.keys
     lines = guarded.command("topic", "echo", "robot/*/drive", "--count", "3", "--json").splitlines()
     drives = [json.loads(line) for line in lines]
@@ -219,7 +219,7 @@ def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guar
 
 
 @pytest.mark.thorough
-def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guarded: Match) -> None:
+def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guarded: LiveMatch) -> None:
     guarded.lose_router()
     late = guarded.join()
     late.wait_until(lambda: set(late.heard.limits) == set(PLAYERS), "the speed limits, which were told once")
@@ -229,7 +229,7 @@ def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guard
         assert not spy.got(*forged)
 
 
-def test_who_has_no_certificate_is_refused(guarded: Match) -> None:
+def test_who_has_no_certificate_is_refused(guarded: LiveMatch) -> None:
     with pytest.raises(BusError, match="lets only seats with keys in"), open_session(guarded.endpoint):
         pass
     plain = guarded.endpoint.replace("tls/", "tcp/")

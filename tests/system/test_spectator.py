@@ -10,13 +10,13 @@ from tests.system.conftest import FAULTS
 from vrg.bus.messages import Stage
 from vrg.launch.launched import LINGER
 from vrg.testing.processes.arena import Arena
-from vrg.testing.processes.match import MINNOWS, Match, long_match, short_match
+from vrg.testing.processes.match import MINNOWS, LiveMatch, long_match, short_match
 
 pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")
-def watched(arena: Arena, display: str) -> Iterator[Match]:
+def watched(arena: Arena, display: str) -> Iterator[LiveMatch]:
     """A match with a window on it."""
     match = arena.start(long_match("watched"), environment={"DISPLAY": display}, window=True)
     match.wait_said("Play Round")  # play may begin before the window is open; one that dies by then ends the match
@@ -25,7 +25,7 @@ def watched(arena: Arena, display: str) -> Iterator[Match]:
 
 
 @FAULTS
-def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: Match, fault: signal.Signals) -> None:
+def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: LiveMatch, fault: signal.Signals) -> None:
     observer = watched.observer
 
     def fail() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from vrg.testing.processes.match import PLAYERS, Match, long_match, patient, short_match
+from vrg.testing.processes.match import PLAYERS, LiveMatch, long_match, patient, short_match
 from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
@@ -46,7 +46,7 @@ def test_files_of_the_working_folder_are_not_taken_for_the_package_or_the_librar
     (tmp_path / "vrg").mkdir()
     for name in ("vrg/__init__.py", "random.py", "json.py", "typing.py"):
         (tmp_path / name).write_text(f'raise SystemExit("the wrong {name} was imported")\n')
-    with Match(tmp_path, short_match("shadowed"), here=tmp_path) as match:
+    with LiveMatch(tmp_path, short_match("shadowed"), here=tmp_path) as match:
         assert match.play_out() == 0, match.said()
     assert "the wrong" not in match.said()
 
@@ -54,7 +54,7 @@ def test_files_of_the_working_folder_are_not_taken_for_the_package_or_the_librar
 @pytest.mark.thorough
 def test_ctrl_c_during_the_start_ends_it_and_leaves_nobody(tmp_path: Path) -> None:
     (tmp_path / "blocks").touch()
-    with closing(Match(tmp_path, with_strategy(long_match("interrupted"), tmp_path, BLOCKS))) as match:
+    with closing(LiveMatch(tmp_path, with_strategy(long_match("interrupted"), tmp_path, BLOCKS))) as match:
         wait_until((tmp_path / "blocked").exists, "bob's import to block", match.check_launcher)
         match.launcher.send_signal(signal.SIGINT)
         assert match.wait_ended() == 130, match.said()
@@ -63,7 +63,7 @@ def test_ctrl_c_during_the_start_ends_it_and_leaves_nobody(tmp_path: Path) -> No
 
 
 @pytest.mark.thorough
-def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., Match], tmp_path: Path) -> None:
+def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., LiveMatch], tmp_path: Path) -> None:
     match = start(with_strategy(long_match("blocking"), tmp_path, BLOCKS))
     observer = match.observer
     others = [name for name in EVERYBODY if name != "bob"]
@@ -87,7 +87,7 @@ def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., M
 
 @pytest.mark.parametrize("with_launcher", [True, False], ids=["everything", "all-but-the-launcher-and-the-router"])
 @pytest.mark.thorough
-def test_a_stall_that_hits_everybody_kills_nobody(match: Match, with_launcher: bool) -> None:
+def test_a_stall_that_hits_everybody_kills_nobody(match: LiveMatch, with_launcher: bool) -> None:
     before, said = {name: match.child(name).pid for name in EVERYBODY}, match.said()
     # A router that answers nobody while the launcher asks is killed, and rightly.
     frozen = [psutil.Process(pid) for name, pid in before.items() if with_launcher or name != "router"]
@@ -111,7 +111,7 @@ def test_a_stall_that_hits_everybody_kills_nobody(match: Match, with_launcher: b
 
 @pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "freezes"])
 @pytest.mark.thorough
-def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fault: signal.Signals) -> None:
+def test_a_match_goes_on_without_its_fork_server(start: Callable[..., LiveMatch], fault: signal.Signals) -> None:
     match = start(patient(long_match("forkless")))
     observer = match.observer
     (server,) = (p for p in psutil.Process(match.launcher.pid).children() if "vrg.launch.forking" in p.cmdline())

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from vrg.bus.messages import OfficialAction
-from vrg.testing.processes.match import MINNOWS, PLAYERS, Match, long_match, patient
+from vrg.testing.processes.match import MINNOWS, PLAYERS, LiveMatch, long_match, patient
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
@@ -17,7 +17,7 @@ SEEN = 0.5
 """The match time in s by which the observer and the launcher may hear the same thing at different times."""
 
 
-def fail_player(match: Match, name: str, fault: signal.Signals) -> None:
+def fail_player(match: LiveMatch, name: str, fault: signal.Signals) -> None:
     old = match.child(name)
     old.send_signal(fault)
     match.wait_replaced(name, old)
@@ -25,7 +25,7 @@ def fail_player(match: Match, name: str, fault: signal.Signals) -> None:
     match.go_on()
 
 
-def go_wrong(match: Match) -> None:
+def go_wrong(match: LiveMatch) -> None:
     """A player dies and another one hangs, an official halts, the emergency stop is engaged, and the world dies."""
     observer = match.observer
     observer.wait_until(
@@ -51,7 +51,7 @@ def go_wrong(match: Match) -> None:
     assert match.wait_ended() == 130
 
 
-def test_every_fault_of_a_match_is_certified_once(start: Callable[..., Match]) -> None:
+def test_every_fault_of_a_match_is_certified_once(start: Callable[..., LiveMatch]) -> None:
     match = start(patient(long_match("faults")))
     go_wrong(match)
     heard = match.observer.heard

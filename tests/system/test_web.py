@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from vrg.testing.processes.arena import Arena
-from vrg.testing.processes.match import MINNOWS, Match, long_match
+from vrg.testing.processes.match import MINNOWS, LiveMatch, long_match
 from vrg.testing.views.browser import Visitor, chromium
 from vrg.testing.waiting import wait_until
 
@@ -22,14 +22,14 @@ SIZE = (800, 500)
 
 
 @pytest.fixture(scope="module")
-def match(arena: Arena) -> Iterator[Match]:
+def match(arena: Arena) -> Iterator[LiveMatch]:
     running = arena.start(long_match("web"), options=["--web"], seats=True)
     yield running
     running.close()
 
 
 @pytest.fixture(scope="module")
-def links(match: Match) -> dict[str, str]:
+def links(match: LiveMatch) -> dict[str, str]:
     """What the launcher prints, by who it is for: all may watch, one link is for officials, and one for each player."""
     found: dict[str, str] = {}
 
@@ -48,7 +48,7 @@ def visit(links: dict[str, str]) -> Iterator[Callable[[str], Visitor]]:
 
 
 def test_viewers_watch_drivers_drive_and_officials_decide(
-    match: Match, visit: Callable[[str], Visitor], links: dict[str, str]
+    match: LiveMatch, visit: Callable[[str], Visitor], links: dict[str, str]
 ) -> None:
     viewer = visit("watch")
     _watch(match, viewer)
@@ -63,7 +63,7 @@ def test_viewers_watch_drivers_drive_and_officials_decide(
     assert match.wait_ended() == 130
 
 
-def _watch(match: Match, viewer: Visitor) -> None:
+def _watch(match: LiveMatch, viewer: Visitor) -> None:
     """A viewer sees robots move, and is refused when it sends what the buttons of others would."""
     observer = match.observer
     viewer.wait_text("#title", "Sharks and Minnows")
@@ -80,7 +80,7 @@ def _watch(match: Match, viewer: Visitor) -> None:
     assert re.search(r"viewer \(web\), connection \d+, wanted to halt: refused", match.log("web"))
 
 
-def _drive(match: Match, visit: Callable[[str], Visitor]) -> None:
+def _drive(match: LiveMatch, visit: Callable[[str], Visitor]) -> None:
     """A seat drives its robot; a second tab is refused; closing the page gives the robot back."""
     observer = match.observer
     driver = visit("drive ann")
@@ -110,7 +110,7 @@ def _drive(match: Match, visit: Callable[[str], Visitor]) -> None:
     observer.wait_moving(*MINNOWS)
 
 
-def _decide(match: Match, viewer: Visitor, visit: Callable[[str], Visitor]) -> None:
+def _decide(match: LiveMatch, viewer: Visitor, visit: Callable[[str], Visitor]) -> None:
     """An official halts play and continues it."""
     official = visit("official")
     official.wait("vrg.match.role === 'official'")
@@ -132,7 +132,7 @@ def _decide(match: Match, viewer: Visitor, visit: Callable[[str], Visitor]) -> N
     official.close()
 
 
-def _restart(match: Match, viewer: Visitor) -> None:
+def _restart(match: LiveMatch, viewer: Visitor) -> None:
     """The process that serves the page dies and comes back, and the page with it; play goes on."""
     assert viewer.errors == []
     old = match.child("web")

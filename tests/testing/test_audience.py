@@ -7,7 +7,7 @@ from vrg.config.loading import load_match
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing import in_process
 from vrg.runs.run_folder import RunFolder
-from vrg.testing.audience import Audience
+from vrg.testing.audience import MatchWatcher
 from vrg.testing.command_line import invoke
 from vrg.testing.tiny import TINY
 
@@ -16,7 +16,7 @@ def test_an_audience_counts_what_it_sees_until_the_end(tmp_path: Path) -> None:
     (tmp_path / "tiny.toml").write_text(TINY)
     setup, folder = load_match(tmp_path / "tiny.toml").at_rate(0.0), RunFolder(tmp_path / "run")
     folder.prepare()
-    audience = Audience(setup, ignored=("begin",))
+    audience = MatchWatcher(setup, ignored=("begin",))
     with open_journal(setup, folder) as journal:
         ending = in_process.play(setup, journal, watchers=[audience])
     seen = audience.seen

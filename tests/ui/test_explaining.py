@@ -89,7 +89,7 @@ def test_a_card_with_its_picture_stays_inside_its_area(size: tuple[int, int]) ->
 
 
 def test_the_list_of_keys_and_a_card_take_each_others_place(keys: Keys) -> None:
-    window, match = Spectator("window", Mailbox(), keys, size=(1280, 720)), synthetic.Match(keys)
+    window, match = Spectator("window", Mailbox(), keys, size=(1280, 720)), synthetic.SyntheticMatch(keys)
     match.step(window, synthetic.TAGGED_AT, 0)
     match.step(window, synthetic.TAGGED_AT + 5.0, 1)
 
@@ -109,7 +109,7 @@ def test_the_list_of_keys_and_a_card_take_each_others_place(keys: Keys) -> None:
 
 def test_a_click_on_a_call_in_the_window_asks_why_and_another_click_closes_the_card(keys: Keys) -> None:
     window = Spectator("spectator", Mailbox(), keys, size=(1280, 720))
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     try:
         for tick in range(400):
             match.step(window, tick / 10, tick)

@@ -68,7 +68,7 @@ def text_of(renderable):
 def recorded(path, keys, **changes):
     """A recording of 2 s in which nemo takes the flag."""
     recorder = Recorder("recorder", Mailbox(), keys, path)
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     call = m.Call(number=1, rule="flag", text="", players=("nemo",), poses=(synthetic.pose_at("nemo", 1.0),), clock=1.0)
     match.say(recorder.mailbox, keys.referee_event, call, 1.0, 0)
     for tick in range(20):

@@ -140,7 +140,7 @@ def test_a_player_says_what_it_does_and_what_ails_it(builder):
 def test_the_inlets_bring_everything_that_a_scene_is_made_of(keys):
     mailbox = Mailbox()
     inlets, builder = SceneInlets(mailbox, keys), SceneBuilder(sizes={"nemo": (0.4, 0.3)})
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     for topic, body in (
         (keys.clock, m.Clock(time=9.0, tick=9, epoch=0, rate=2.0, estop=False)),
         (keys.poses, synthetic.poses(9.0)),
@@ -160,7 +160,7 @@ def test_the_inlets_bring_everything_that_a_scene_is_made_of(keys):
 
 
 def test_the_emergency_stop_is_shown_as_robots_latch_it(keys):
-    mailbox, match, builder = Mailbox(), synthetic.Match(keys), SceneBuilder()
+    mailbox, match, builder = Mailbox(), synthetic.SyntheticMatch(keys), SceneBuilder()
     inlets, numbers = SceneInlets(mailbox, keys), count()
 
     def stopped_after(now, *messages, stamp=None):

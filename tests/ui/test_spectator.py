@@ -28,7 +28,7 @@ def window(keys, tmp_path, match):
 
 @pytest.fixture
 def match(keys):
-    return synthetic.Match(keys)
+    return synthetic.SyntheticMatch(keys)
 
 
 def press(key, mod=0):
@@ -148,7 +148,7 @@ def test_the_mixer_is_never_started():
         "from vrg.bus.topics import Keys\n"
         "from vrg.ui.window.spectator import Spectator\n"
         "window = Spectator('s', Mailbox(), Keys('m'))\n"
-        "synthetic.Match(Keys('m')).step(window, 1.0, 0)\n"
+        "synthetic.SyntheticMatch(Keys('m')).step(window, 1.0, 0)\n"
         "assert pygame.mixer.get_init() is None\n"
         "assert os.environ['SDL_AUDIODRIVER'] == 'dummy'\n"
     )

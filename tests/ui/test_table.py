@@ -18,7 +18,7 @@ from vrg.ui.table import TerminalTable, status_line, table
 
 def shown(keys, console, until, period=0.25, **changes):
     node = TerminalTable("table", Mailbox(), keys, console=console)
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     for number in range(int(until / period) + 1):
         match.step(node, number * period, number, **changes)
     node.stop()
@@ -46,7 +46,7 @@ def test_the_table_needs_neither_a_window_library_nor_a_plotting_one():
 
 def test_reasons_that_change_all_the_time_do_not_fill_a_log(keys):
     node = TerminalTable("table", Mailbox(), keys, console=(console := Console(file=io.StringIO())))
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     for number in range(20):
         match.step(node, number * 0.25, number, waiting=[f"nemo is {number / 10} m from its mark"])
     assert console.file.getvalue().count("Waiting for: nemo is 0.0 m from its mark") == 1

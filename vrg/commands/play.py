@@ -22,7 +22,7 @@ def check(match: GameArgument) -> None:
         idle_machines,
         load_match,
         match_path,
-        unproved_properties,
+        unverified_properties,
     )
     from vrg.config.rules import rulebook_of
     from vrg.hal.sim.engines import check_installed
@@ -38,7 +38,7 @@ def check(match: GameArgument) -> None:
     rounds = "1 round" if book.rounds == 1 else f"{book.rounds} rounds"
     players = "1 player" if len(setup.players) == 1 else f"{len(setup.players)} players"
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
-    for remark in unproved_properties(setup):
+    for remark in unverified_properties(setup):
         typer.echo(f"not proved: {remark}")
     for note in filter(None, (idle_machines(setup), untried(), *undriven(setup), _unwritten(setup))):
         typer.echo(f"note: {note}")

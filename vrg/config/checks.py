@@ -133,7 +133,7 @@ def _is_real(file: MatchFile, backend: str) -> bool:
     if not kind.physical or kind.settings is None:
         return kind.physical
     try:
-        return not kind.settings.model_validate(file.backends.get(backend, {})).emulated
+        return kind.settings.model_validate(file.backends.get(backend, {})).emulation is None
     except ValidationError:
         return False  # the table of the backend has mistakes, which are reported
 

@@ -165,9 +165,9 @@ def idle_machines(setup: CheckedMatch) -> str:
     return f"nothing runs on {names}: name it as the `machine` of a player or in [place], or take its table out"
 
 
-def unproved_properties(setup: MatchSetup) -> list[str]:
+def unverified_properties(setup: MatchSetup) -> list[str]:
     """The properties of the robots that the match file alone cannot prove, in words."""
-    return [text for _, settings, robots in setup.backend_settings() for text in settings.unproved(robots)]
+    return [text for _, settings, robots in setup.backend_settings() for text in settings.unverified(robots)]
 
 
 def check_strategies(setup: CheckedMatch, make: Callable[[MatchSetup, str], object]) -> None:
@@ -392,11 +392,12 @@ class _Checker:
                 number = self._numbers[file.players.index(users[0])]
                 self.problems.append(Problem(text, ("players", number, "backend")))
             elif settings := self._table(kind.settings, file.backends[backend], where):
-                found = settings.problems([player.name for player in users], self._base)
-                self.problems += [Problem(text, where) for text in found]
-                for machine in dict.fromkeys(player.machine for player in users if not found):
-                    there = [player.name for player in users if player.machine == machine]
-                    companions += self._placed(settings.companions(there), machine, companions)
+                if found := settings.problems([player.name for player in users], self._base):
+                    self.problems += [Problem(text, where) for text in found]
+                elif emulation := settings.emulation:
+                    for machine in dict.fromkeys(player.machine for player in users):
+                        there = [player.name for player in users if player.machine == machine]
+                        companions += self._placed(emulation.companions(there), machine, companions)
         return companions
 
     def _placed(self, wanted: Sequence[Companion], machine: str, others: Sequence[Companion]) -> list[Companion]:

@@ -198,9 +198,7 @@ def seconds_before(exhibits: Iterable[Exhibit], case: Case, seconds: float) -> l
     return sorted(fields, key=lambda field: field.time)
 
 
-def unproved(
-    prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case], later: Books = ()
-) -> list[Disagreement]:
+def refuted(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case], later: Books = ()) -> list[Disagreement]:
     """Calls whose deciding numbers, computed in another way than the judgement, are not as the rules want them.
 
     Args:

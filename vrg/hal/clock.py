@@ -22,7 +22,7 @@ class Task(Protocol):
         """Wait until it has ended, for `timeout` seconds at most."""
 
 
-class Clock(ABC):
+class MonotonicClock(ABC):
     """Monotonic time, and everything that waits for it.
 
     Attributes:
@@ -63,7 +63,7 @@ class Clock(ABC):
         return True
 
 
-class RealClock(Clock):
+class RealClock(MonotonicClock):
     """The time of this computer, and its threads."""
 
     def now(self) -> float:

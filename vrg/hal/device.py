@@ -14,7 +14,7 @@ from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, Motion, 
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
-from vrg.hal.clock import REAL_CLOCK, Clock, Task
+from vrg.hal.clock import REAL_CLOCK, MonotonicClock, Task
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.location import FUSION, ODOMETRY, Location
@@ -53,7 +53,7 @@ class Device:
         *,
         start: Pose = Pose(0.0, 0.0, 0.0),  # noqa: B008 - it cannot change
         localisation: str = ODOMETRY,
-        clock: Clock = REAL_CLOCK,
+        clock: MonotonicClock = REAL_CLOCK,
     ) -> None:
         self.name = driver.name
         self._driver = driver

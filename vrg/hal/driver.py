@@ -20,7 +20,6 @@ from vrg.hal.readings import Readings
 from vrg.types import Twist
 
 if TYPE_CHECKING:
-    from vrg.hal.can.link import Medium
     from vrg.hal.settings import BackendSettings
 
 COMMAND_TIMEOUT = 0.2
@@ -35,7 +34,6 @@ class DriverContext:
         name: the robot's name in the match. model: its description.
         options: the backend's own table in the match file. base: the folder that relative paths in it start from.
         now: returns the time that stamps are given in, s; it is the match time in a match.
-        medium: the CAN buses; None for those of this computer.
     """
 
     name: str
@@ -43,7 +41,6 @@ class DriverContext:
     options: Mapping[str, Any] = field(default_factory=dict)
     base: Path = Path()
     now: Callable[[], float] = time.monotonic
-    medium: "Medium | None" = None
 
 
 class Driver(ABC):

@@ -10,10 +10,10 @@ import math
 import threading
 from collections.abc import Callable
 
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 
 
-class SimulatedClock(Clock):
+class SimulatedClock(MonotonicClock):
     """See the module. It begins at 0 s."""
 
     pause = 1e-3

@@ -28,7 +28,7 @@ SETTLED = REST_TIME + 0.001
 
 
 @dataclass
-class _Clock:
+class _MatchTime:
     """The match time that was heard last, s, when, by monotonic time, and whether the world had latched the stop."""
 
     time: float | None = None
@@ -74,7 +74,7 @@ class Listening:
         self._keys = keys
         self._log = log
         self._arrivals: deque[tuple[str, str, bytes, float]] = deque()
-        self._clock = _Clock()
+        self._clock = _MatchTime()
         self._newest: dict[str, float] = {}
         self._rolling: dict[str, _Rolling] = {}
         self._waiting: list[tuple[EventKind, str]] = []
@@ -158,7 +158,7 @@ class Listening:
         self._newest[name] = stamp
 
     def _ticked(self, stamp: float, clock: Clock, at: float) -> None:
-        before, self._clock = self._clock, _Clock(stamp, at, clock.estop)
+        before, self._clock = self._clock, _MatchTime(stamp, at, clock.estop)
         if self._order is not None and clock.estop:
             # The order may have overtaken clocks that were on the way; the world knows when it arrived.
             self._order = (self._order[0], stamp, self._order[2])

@@ -15,7 +15,7 @@ from vrg.launch import serving
 from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process import Process
 from vrg.launch.process_log import ProcessLog
-from vrg.launch.pulses import Progress
+from vrg.launch.pulses import StartupProbe
 from vrg.launch.sandbox.excess import proc_text
 from vrg.launch.strikes import Strikes
 from vrg.system import POSIX
@@ -51,7 +51,7 @@ class ManagedProcess:
         self.log = ProcessLog(log)
         self.strikes = Strikes()
         self.ready = False
-        self._progress = Progress(0.0)
+        self._probe = StartupProbe(0.0)
         self._log_begins = 0
         self._starts = 0
         self._measured: dict[int, psutil.Process | None] = {}
@@ -84,7 +84,7 @@ class ManagedProcess:
         """
         self.ready = False
         self._starts += 1
-        self._progress = Progress(time.monotonic())
+        self._probe = StartupProbe(time.monotonic())
         if self._process is not None:
             self._process.stream.close()
         try:
@@ -110,7 +110,7 @@ class ManagedProcess:
         pid = self.pid
         if pid is None:
             return None
-        return self._progress.stuck(pid, now)
+        return self._probe.stuck(pid, now)
 
     @property
     def memory(self) -> int:

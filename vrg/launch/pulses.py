@@ -60,7 +60,7 @@ class Pulses:
         return now - self._heard_at
 
 
-class Progress:
+class StartupProbe:
     """The progress of one process that is not ready, and of those that it has started, measured as processor time.
 
     So it is waited for on a slow and busy machine, too.

@@ -35,7 +35,8 @@ class SourceContext(Struct, frozen=True, kw_only=True):
         name: of the source. settings: its table, of its own class.
         robots: the models of the robots that it is to see, by name. starts: their poses when the match begins.
         emulated: of those of them that are physical robots with emulated drives, the drivetrain whose speeds, for what
-            the odometry measures, are those of the axes as wired; see `BackendSettings.as_wired`.
+            the odometry measures, are those of the axes as wired; see `Emulation.as_wired` of
+            vrg.hal.can.workshop.emulation.
         seed: of all that is random in it. base: the folder that its relative paths start from.
     """
 

@@ -32,7 +32,7 @@ from vrg.errors import ConfigError, LaunchError, MessageError, StrategyError
 from vrg.hal.models import RobotModel
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.process_log import ProcessLog
-from vrg.launch.pulses import BUSY_TIMEOUT, Progress
+from vrg.launch.pulses import BUSY_TIMEOUT, StartupProbe
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.wire import BANNER, Frames
@@ -247,14 +247,14 @@ class SubprocessStrategy(SteppedStrategy):
     def _watch(self, run: Path) -> None:
         """End a process that takes too long to be made, even if it has begun to answer, or that keeps too much."""
         # In its player's process it is waited for as for any process.
-        looks, progress = 0, Progress(time.monotonic(), BUSY_TIMEOUT if self._in_player else LOADING_TIME)
+        looks, probe = 0, StartupProbe(time.monotonic(), BUSY_TIMEOUT if self._in_player else LOADING_TIME)
         while not self._over.wait(_LOOK):
             looks += 1
             making = not self._made.is_set()
             greedy = excess(run, self.name, self._process.pid) if making or looks % _SELDOM == 0 else None
             if greedy is not None:
                 self._why = f"while the strategy is made, {greedy}" if making else greedy
-            elif making and (stuck := progress.stuck(self._process.pid, time.monotonic())) is not None:
+            elif making and (stuck := probe.stuck(self._process.pid, time.monotonic())) is not None:
                 self._why = f"while it is made, the strategy {stuck}: look for a loop outside of its methods"
             if self._why:
                 self._process.kill()

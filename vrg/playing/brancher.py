@@ -44,19 +44,19 @@ def ending_of(folder: RunFolder) -> str:
         return "how it ended is not known"
 
 
-class Progress(Struct):
+class ReplayLine(Struct):
     """A line of `vrg run replay --json`: the match time that is played, s, or the new run folder."""
 
     time: float | None = None
     run: str | None = None
 
 
-def progress_of(line: bytes) -> Progress:
+def replay_line(line: bytes) -> ReplayLine:
     """Read a line of `vrg run replay --json`. What a program has printed that a strategy starts tells nothing."""
     try:
-        return msgspec.json.decode(line, type=Progress)
+        return msgspec.json.decode(line, type=ReplayLine)
     except (msgspec.DecodeError, UnicodeDecodeError):
-        return Progress()
+        return ReplayLine()
 
 
 class ProcessBrancher:
@@ -117,7 +117,7 @@ class ProcessBrancher:
         ended = self._process.poll() is not None
         lines = (self._rest + (self._process.stdout.read() or b"")).split(b"\n")
         self._rest = lines.pop()
-        for line in map(progress_of, lines):
+        for line in map(replay_line, lines):
             if line.run is not None:
                 self.close()
                 return self._opened(RunFolder(Path(line.run)))

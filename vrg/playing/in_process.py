@@ -251,8 +251,10 @@ def emulation(setup: MatchSetup, *, strict: bool = False) -> "Simulation | None"
         robots = [player.name for player in setup.players if player.backend == backend]
         settings = BACKENDS.get(backend).settings
         table = None if settings is None else settings.model_validate(setup.backends.get(backend, {}))
-        if table is None or not table.simulate(robots, simulation, setup.seed):
+        if table is None or (emulated := table.emulation) is None:
             real += robots
+        else:
+            emulated.attach(robots, simulation, setup.seed)
     if real:
         raise ConfigError(
             f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "

@@ -48,7 +48,12 @@ def prepare(launch: Launch, server: ForkServer) -> Launch:
     if launch.steps:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
-    elif lacks := [text for _, table, robots in setup.backend_settings() for text in table.only_in_process(robots)]:
+    elif lacks := [
+        text
+        for _, table, robots in setup.backend_settings()
+        if (emulation := table.emulation) is not None
+        for text in emulation.only_in_process(robots)
+    ]:
         raise ConfigError(lacks)
     strategies = launch.strategies(server)
     if launch.how is How.IN_PROCESS and any(strategies.is_apart(setup, player.name) for player in setup.players):

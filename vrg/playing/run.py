@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vrg.ui.plots.proof import Proof
 
 
-class Picture:
+class PngFile:
     """A picture: a file that a notebook shows.
 
     Args:
@@ -216,7 +216,7 @@ class Run:
 
         return shared_run(self._folder, self.setup)
 
-    def plot(self) -> Picture:
+    def plot(self) -> PngFile:
         """Draw the trajectories.
 
         Raises:
@@ -226,7 +226,7 @@ class Run:
             plot(self.setup, self._folder)
         except (OSError, ValueError) as error:
             raise LaunchError(f"{self.path}: cannot be plotted: {error}") from None
-        return Picture(self._folder.plot)
+        return PngFile(self._folder.plot)
 
     def branch(
         self,

@@ -7,7 +7,7 @@ from msgspec import Struct, structs
 
 from vrg.bus.messages import SensorMessage
 from vrg.geometry import compose
-from vrg.hal.sensors.depiction import Cones, Picture, Place, Rays
+from vrg.hal.sensors.depiction import Cones, Image, Place, Rays
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.recording import foxglove as fg
 from vrg.recording.scene import cones_entity
@@ -34,7 +34,7 @@ def records_of(
             drawn = [] if where is None else [fg.SceneUpdate([], [cones_entity(name, cones, where, at)])]
             fields = {name: _rounded(getattr(reading, name)) for name in reading.__struct_fields__}
             return [structs.replace(reading, **fields), *drawn]
-        case Picture() as picture:
+        case Image() as picture:
             return [fg.CompressedImage(at, name, picture.png, "png")]
         case Place() as place:
             return _place(place, at)

@@ -7,7 +7,7 @@ from pathlib import Path
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import JournalHeader, Record, read_journal
-from vrg.coordinator.judging import Disagreement, Judgement, cases_of, judge_again, unproved
+from vrg.coordinator.judging import Disagreement, Judgement, cases_of, judge_again, refuted
 from vrg.errors import JournalError, LaunchError, MessageError
 from vrg.games import game_of
 from vrg.recording.reader import read_tracks
@@ -35,7 +35,7 @@ def judge_run(
     judgement = judge_again(book, read_evidence(folder.evidence, damage), records, later)
     cases = cases_of(book, read_evidence(folder.evidence), records, later)
     try:
-        measured = unproved(game_of(setup.game).load_prover(), book, cases, later)
+        measured = refuted(game_of(setup.game).load_prover(), book, cases, later)
     except JournalError:
         raise
     except Exception as error:  # the rules of any game, on numbers that anybody may have changed

@@ -62,7 +62,7 @@ def result_of(setup: MatchSetup, folder: RunFolder, state: RefereeState | None, 
             for record in records
             for c in record.calls
         ],
-        "unproved": sum(len(record.calls) for record in records if not record.evidence),
+        "without_evidence": sum(len(record.calls) for record in records if not record.evidence),
         "radio": _radio(processes),
         "refused": {name: found["refused"] for name, found in processes.items() if found.get("refused")},
         "stops": data_of(certificate_of(setup, folder)),
@@ -117,8 +117,9 @@ def summary(result: dict[str, Any]) -> str:
     refused = sum(sum(keys.values()) for keys in result.get("refused", {}).values())
     if refused:
         points.append(f"{refused} messages under a wrong key refused")
-    if unproved := result.get("unproved", 0):
-        points.append(f"{unproved} calls cannot be judged again: their evidence could not be written")
+    # Runs of earlier releases have the second name.
+    if lacking := result.get("without_evidence", result.get("unproved", 0)):
+        points.append(f"{lacking} calls cannot be judged again: their evidence could not be written")
     return f" ({', '.join(points)})" if points else ""
 
 

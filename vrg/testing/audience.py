@@ -2,7 +2,7 @@
 
 An author of a game measures the default match with it, in one process:
 
-    audience = Audience(setup)
+    audience = MatchWatcher(setup)
     in_process.play(setup, journal, watchers=[audience])
     audience.seen.first("tag")
 """
@@ -58,7 +58,7 @@ class Seen:
         return sum(rule in rules for _, rule in self.calls)
 
 
-class Audience(Node):
+class MatchWatcher(Node):
     """Watches a match.
 
     Args:

@@ -15,7 +15,7 @@ from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.survey import Survey
-from vrg.hal.clock import Clock, Task
+from vrg.hal.clock import MonotonicClock, Task
 
 SERIAL_NUMBER = 0xBEEF
 WAIT_TIMEOUT = 30.0
@@ -28,7 +28,7 @@ WATCHDOG = 0.2
 """The time in s without a setpoint after which a drive stops its motor."""
 
 
-class WireClock(Clock):
+class WireClock(MonotonicClock):
     """The clock of a wire: who waits by it lets the time of the wire pass.
 
     Args:

@@ -13,7 +13,7 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.sandbox.seal import missing
 from vrg.runs.run_folder import RunFolder
 from vrg_class.lesson import Step, first_code, languages, lesson_of, shipped
-from vrg_class.trial import Job, play
+from vrg_class.trial import TrialSpec, play
 from vrg_class.tries import others_of, setup_of, teams_of
 from vrg_league.game_process import server_for
 
@@ -39,11 +39,11 @@ def tried(step: Step, code: str, place: Path, server: ForkServer) -> list[dict[s
     own = step.head.team or teams[0]
     players = {own: str(place / "code.py")} | (dict.fromkeys(others_of(teams, own), step.other) if step.other else {})
     found: list[str] = []
-    job = Job(
+    spec = TrialSpec(
         setup=setup_of(step.match, players), team=own, goal=step.head.goal.model_dump(exclude_none=True),
         seconds=step.head.seconds, sealed=missing() is None,
     )  # fmt: skip
-    play(job, RunFolder(place / "run"), found.append, server)
+    play(spec, RunFolder(place / "run"), found.append, server)
     return [json.loads(text) for text in found]
 
 

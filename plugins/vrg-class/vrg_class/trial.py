@@ -84,7 +84,7 @@ def kind_of(text: str) -> str:
         return ""
 
 
-class Job(Struct, frozen=True, kw_only=True):
+class TrialSpec(Struct, frozen=True, kw_only=True):
     """A try that is to be played.
 
     Args:
@@ -226,26 +226,26 @@ def _hung_at(logs: Path) -> int | None:
     return None
 
 
-def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkServer | None) -> None:
+def play(spec: TrialSpec, folder: RunFolder, send: Callable[[str], None], server: ForkServer | None) -> None:
     """Play a try, and report it.
 
     Args:
         folder: for what it leaves. send: sends a message. server: forks the processes of sealed strategies.
     """
     folder.prepare()
-    goal = None if job.goal is None else Goal.model_validate(job.goal)
-    reporter = Reporter(job.setup, job.team, goal, folder.logs, send)
+    goal = None if spec.goal is None else Goal.model_validate(spec.goal)
+    reporter = Reporter(spec.setup, spec.team, goal, folder.logs, send)
     hung: list[int | None] = []
     strategies = Watched(
-        server, strangers=job.sealed, deadline=PATIENCE, own=reporter.own, looked=reporter.looked,
+        server, strangers=spec.sealed, deadline=PATIENCE, own=reporter.own, looked=reporter.looked,
         hung=lambda: hung.append(_hung_at(folder.logs)),
     )  # fmt: skip
     faults: list[Fault] = []
     ended, winner, score = "", None, {}
     try:
-        with open_journal(job.setup, folder) as journal:
+        with open_journal(spec.setup, folder) as journal:
             ending = in_process.play(
-                job.setup.at_rate(1.0), journal, watchers=[reporter], limit=job.seconds, logs=folder.logs,
+                spec.setup.at_rate(1.0), journal, watchers=[reporter], limit=spec.seconds, logs=folder.logs,
                 apart=strategies, pace=lambda _: not hung and not reporter.over,
             )  # fmt: skip
     except VrgError as error:
@@ -266,7 +266,7 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Play a try, as the main function of a process. On its standard input arrives a `Job` as JSON.
+    """Play a try, as the main function of a process. On its standard input arrives a `TrialSpec` as JSON.
 
     Args:
         arguments: the folder for what it leaves.
@@ -278,8 +278,8 @@ def main(arguments: Sequence[str]) -> int:
     server = ForkServer()
     server.start_as_fork()
     try:
-        job = msgspec.json.decode(pipe.recv_bytes(), type=Job)
-        play(job, RunFolder(Path(arguments[0])), lambda text: pipe.send_bytes(text.encode()), server)
+        spec = msgspec.json.decode(pipe.recv_bytes(), type=TrialSpec)
+        play(spec, RunFolder(Path(arguments[0])), lambda text: pipe.send_bytes(text.encode()), server)
     except (BrokenPipeError, ConnectionResetError, EOFError):
         return 1  # nobody looks any more
     finally:

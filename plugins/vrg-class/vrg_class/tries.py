@@ -29,7 +29,7 @@ from vrg.ui.web.parts import encode
 from vrg_class import trial
 from vrg_class.faults import fault_of
 from vrg_class.folder import CODE
-from vrg_class.trial import Job
+from vrg_class.trial import TrialSpec
 from vrg_league.game_process import server_for
 
 LONGEST: Final = 40.0
@@ -199,7 +199,7 @@ class Tries:
 
     def _play_in(self, place: Path, one: Try, add: Callable[[str], None]) -> None:
         setup = setup_of(one.match, one.players)
-        job = Job(
+        spec = TrialSpec(
             setup=setup, team=one.team or setup.players[0].team, goal=one.goal, seconds=one.seconds,
             sealed=self.sealed,
         )  # fmt: skip
@@ -211,7 +211,7 @@ class Tries:
         complete = False
         try:
             with Connection(child.detached()) as pipe:
-                pipe.send_bytes(msgspec.json.encode(job))
+                pipe.send_bytes(msgspec.json.encode(spec))
                 size = 0
                 while size < REPORTED:
                     data = pipe.recv_bytes(_MESSAGE)

@@ -10,7 +10,7 @@ import pytest
 from vrg.config.loading import load_match
 from vrg.recording.reader import read_tracks
 from vrg.testing import matches
-from vrg.testing.processes.match import Match, match_text
+from vrg.testing.processes.match import LiveMatch, match_text
 
 MIXED = Path(__file__).parents[3] / "examples" / "mixed.toml"
 PHYSICAL = ("player2", "player5")
@@ -39,7 +39,9 @@ def test_other_protocols_than_odrive_play_too(tmp_path: Path, protocol: str) -> 
 
 @pytest.mark.system
 @pytest.mark.thorough
-def test_a_match_of_robots_of_two_protocols_and_virtual_ones_is_played_to_its_end(start: Callable[..., Match]) -> None:
+def test_a_match_of_robots_of_two_protocols_and_virtual_ones_is_played_to_its_end(
+    start: Callable[..., LiveMatch],
+) -> None:
     text = match_text(
         "mixed-short", length=13.0, width=9.0, zone=2.5, rules="pass_limit = 10.0", rate=2.0, wiring=WIRING
     ).replace("[backends.can.robots.bob]", f'[backends.can.robots.bob]\nprotocol = "moteus"\nchannel = "{OTHER_GROUP}"')

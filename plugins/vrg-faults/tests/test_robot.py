@@ -5,7 +5,7 @@ import pytest
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
 from vrg.hal.can.judges.reasons import Cause, Reason
-from vrg.hal.can.judges.silence import Silence
+from vrg.hal.can.judges.silence import DriveSilence
 from vrg.hal.can.machine import StateMachine
 from vrg.testing.command_line import invoke
 from vrg_faults.command import lived
@@ -44,7 +44,7 @@ def latches_for_no_reason(guard: Guard, heard_until: float) -> Reason | None:
         (StateMachine, "_estimate", lambda *_: None),
         (Guard, "_problem", latches_for_no_reason),
         (DriveBase, "update", lambda _self, _node, _estimate, _turns: 0.0),
-        (Silence, "judge", lambda *_: None),
+        (DriveSilence, "judge", lambda *_: None),
     ],
     ids=["believes its encoders", "false alarms", "does not count", "waits for who is silent"],
 )

@@ -13,7 +13,7 @@ from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind as DriveFault
 from vrg.hal.can.workshop.faults import FaultRequest
 from vrg.hal.can.workshop.simulation import Port, Simulation, Tamper, Wire
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg.hal.simulated_clock import SimulatedClock, SimulatedTask
 from vrg_faults.plan import Fault, FaultKind
 
@@ -28,7 +28,7 @@ _REQUESTS: Final = {
 }
 
 
-class ProcessClock(Clock):
+class ProcessClock(MonotonicClock):
     """The time of one process, whose work does not go on while it is frozen.
 
     Attributes:

@@ -8,7 +8,7 @@ import pyarrow as pa
 
 from vrg.errors import LaunchError
 from vrg.games import game_of
-from vrg.playing.run import Picture
+from vrg.playing.run import PngFile
 from vrg_league import files, report
 from vrg_league.folder import write_report, writing
 from vrg_league.running import Experiment
@@ -72,7 +72,7 @@ class Comparison:
     def _columns(self) -> files.Columns:
         return files.games(self.rows, self._folder.again)
 
-    def plot(self) -> Picture:
+    def plot(self) -> PngFile:
         """Draw the share of the points over the games, the scores and the times.
 
         Raises:
@@ -87,11 +87,11 @@ class Comparison:
         scores, times = report.scores(self.rows, definition.teams, words), report.times(self.rows)
         with writing(f"{self.path}: {_PICTURE}"):
             plot_comparison(picture, self.sentence, (self.first, self.second), shares, scores, times)
-        return Picture(picture)
+        return PngFile(picture)
 
     def _repr_html_(self) -> str:
         tables = "".join(f"<table>{''.join(map(_row, table))}</table>" for table in self.tables)
-        return f"<p>{escape(self.sentence)}</p>{tables}{Picture(self.path / _PICTURE).html('share of the points')}"
+        return f"<p>{escape(self.sentence)}</p>{tables}{PngFile(self.path / _PICTURE).html('share of the points')}"
 
 
 def _row(cells: list[str]) -> str:

@@ -33,7 +33,7 @@ from vrg_learn.matches import match_of
 from vrg_learn.observation import observe
 from vrg_learn.policy import load
 from vrg_learn.record import MatchRecord
-from vrg_learn.recorded import Decision, Driver, decisions, wanted
+from vrg_learn.recorded import DrivenBy, RecordedDecision, decisions, wanted
 from vrg_learn.table import Heading, read
 
 SHORT = {"sharks-and-minnows": "passes = 1\npass_limit = 6.0", "roboflag": "round_time = 14.0\nsudden_death = 0.5"}
@@ -96,7 +96,7 @@ def recorded_in(run: Path) -> RecordedMatch:
     return read_recorded(RunFolder(run).recordings())
 
 
-def rebuilt(run: Path) -> tuple[MatchSetup, list[Decision]]:
+def rebuilt(run: Path) -> tuple[MatchSetup, list[RecordedDecision]]:
     setup = read_setup(RunFolder(run).setup)
     return setup, list(decisions(setup, recorded_in(run)))
 
@@ -130,7 +130,7 @@ def test_what_players_saw_and_did_is_rebuilt_from_the_recording(game: str, runs:
 
 def test_who_drove_is_told(flags: Path) -> None:
     setup, found = rebuilt(flags)
-    led = [decision for decision in found if decision.driver is Driver.REFEREE]
+    led = [decision for decision in found if decision.driver is DrivenBy.REFEREE]
     assert led, "a tagged player is driven home"
     assert {decision.me.state for decision in led} == {"tagged"}
     assert not any(decision.able for decision in led)
@@ -142,7 +142,7 @@ def test_who_drove_is_told(flags: Path) -> None:
     ] + [(half, structs.replace(recorded.reports["red1"][0][1], manual=True, mode="Manual"))]
     recorded.reports["red1"].sort(key=lambda report: report[0])
     by = {(d.driver, d.time >= half) for d in decisions(setup, recorded) if d.me.name == "red1"}
-    assert by - {(Driver.REFEREE, False)} == {(Driver.STRATEGY, False), (Driver.HUMAN, True)}
+    assert by - {(DrivenBy.REFEREE, False)} == {(DrivenBy.STRATEGY, False), (DrivenBy.HUMAN, True)}
 
 
 @pytest.mark.parametrize("mode", ["Referee", "Learning", "Manual"])
@@ -162,7 +162,7 @@ def test_a_player_that_learned_was_driven_by_a_program(tmp_path: Path) -> None:
         env.step({"player1": np.ones(2, np.float32)})
     [run] = (tmp_path / "runs").iterdir()
     by = {(d.me.name == "player1", d.driver) for d in rebuilt(run)[1]}
-    assert by == {(True, Driver.PROGRAM), (False, Driver.STRATEGY)}
+    assert by == {(True, DrivenBy.PROGRAM), (False, DrivenBy.STRATEGY)}
 
 
 @given(v=st.floats(-3.0, 3.0), w=st.floats(-6.0, 6.0), share=st.floats(0.1, 1.0))

@@ -23,7 +23,7 @@ from vrg_learn.episode import Episode
 from vrg_learn.learning import learning_of
 from vrg_learn.matches import learners_of, match_of, with_opponents
 from vrg_learn.observation import Vector, names, observe
-from vrg_learn.picture import Camera, Picture
+from vrg_learn.picture import SceneCamera, SceneNode
 from vrg_learn.record import MatchRecord
 from vrg_learn.rewards import Standpoint, for_calls, for_progress, for_winning, standpoint
 from vrg_learn.state import StateLayout
@@ -148,8 +148,8 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         self._limits = {agent: limits_of(self._robots[agent]) for agent in self.possible_agents}
         self.action_spaces = {agent: _actions(limits, raw=raw) for agent, limits in self._limits.items()}
         self._episode: Episode | None = None
-        self._picture: Picture | None = None
-        self._camera: Camera | None = None
+        self._picture: SceneNode | None = None
+        self._camera: SceneCamera | None = None
         self._begun = False
         self._standpoints: dict[str, Standpoint] = {}
         self._past: list[dict[str, Twist]] = []
@@ -308,7 +308,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         if self._picture is None:
             raise ConfigError("render: expected a match that began with a render mode: call reset() first")
         if self._camera is None:
-            self._camera = Camera()
+            self._camera = SceneCamera()
         return self._camera.picture(self._picture.scene)
 
     def close(self) -> None:
@@ -334,7 +334,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         """Make the nodes of a match, with what it leaves behind if it is recorded."""
         watchers: list[Node] = []
         if self.render_mode is not None:
-            self._picture = Picture(setup)
+            self._picture = SceneNode(setup)
             watchers.append(self._picture)
         journal = None
         if self._runs is not None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
     from vrg.recording.recorded import RecordedMatch
     from vrg.runs.run_folder import RunFolder
-    from vrg_learn.lerobot import Episode
+    from vrg_learn.lerobot import RecordedEpisode
 
 T = TypeVar("T", bound=Sized)
 
@@ -105,7 +105,7 @@ def _tables(found: "list[tuple[RunFolder, MatchSetup]]", heading: Any) -> Iterat
     return _read(found, lambda setup, name, recorded: rows(heading, setup, name, recorded), "decisions")
 
 
-def _episodes(found: "list[tuple[RunFolder, MatchSetup]]") -> "Iterator[list[Episode]]":
+def _episodes(found: "list[tuple[RunFolder, MatchSetup]]") -> "Iterator[list[RecordedEpisode]]":
     """The episodes of each run; see `_read`."""
     from vrg_learn.lerobot import episodes
 

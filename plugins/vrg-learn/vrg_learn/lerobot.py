@@ -23,7 +23,7 @@ from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.errors import ConfigError
 from vrg.recording.recorded import RecordedMatch
 from vrg_learn.learning import learning_of
-from vrg_learn.recorded import Decision, decisions
+from vrg_learn.recorded import RecordedDecision, decisions
 from vrg_learn.rewards import for_calls, for_winning
 from vrg_learn.table import Heading
 
@@ -41,7 +41,7 @@ _COUNTED: Final = ("timestamp", "frame_index", "episode_index", "index", "task_i
 
 
 @dataclass
-class Episode:
+class RecordedEpisode:
     """One player in one round.
 
     Args:
@@ -53,12 +53,12 @@ class Episode:
     player: str
     team: str
     task: str
-    frames: list[Decision] = field(default_factory=list)
+    frames: list[RecordedDecision] = field(default_factory=list)
     rewards: list[float] = field(default_factory=list)
     won: bool = False
 
 
-def episodes(setup: MatchSetup, run: str, recorded: RecordedMatch) -> Iterator[Episode]:
+def episodes(setup: MatchSetup, run: str, recorded: RecordedMatch) -> Iterator[RecordedEpisode]:
     """The episodes of a run, by player and round. The reward of a frame is that of the calls up to the next one.
 
     Args:
@@ -67,11 +67,11 @@ def episodes(setup: MatchSetup, run: str, recorded: RecordedMatch) -> Iterator[E
     Raises:
         ConfigError: as `decisions`.
     """
-    found: dict[tuple[str, int], Episode] = {}
+    found: dict[tuple[str, int], RecordedEpisode] = {}
     for decision in decisions(setup, recorded):
         task = f"play {setup.game} as {decision.me.role}"
         key = decision.me.name, decision.round
-        found.setdefault(key, Episode(run, decision.me.name, decision.me.team, task)).frames.append(decision)
+        found.setdefault(key, RecordedEpisode(run, decision.me.name, decision.me.team, task)).frames.append(decision)
     teams = {player.name: player.team for player in setup.players}
     table = learning_of(setup.game).rewards
     calls = [(time, for_calls([call], table, teams)) for time, call in recorded.calls]
@@ -90,7 +90,7 @@ def episodes(setup: MatchSetup, run: str, recorded: RecordedMatch) -> Iterator[E
         yield episode
 
 
-def write(folder: Path, heading: Heading, robot: str, runs: Iterable[Iterable[Episode]]) -> tuple[int, int]:
+def write(folder: Path, heading: Heading, robot: str, runs: Iterable[Iterable[RecordedEpisode]]) -> tuple[int, int]:
     """Write a data set into a new folder; the number of its episodes, and of its frames.
 
     Args:
@@ -131,7 +131,7 @@ class _Book:
         self._file = 0
         self._fps = 0
 
-    def add(self, episode: Episode) -> None:
+    def add(self, episode: RecordedEpisode) -> None:
         """Add an episode. The first one that has two frames decides the rate."""
         frames, count = episode.frames, len(episode.frames)
         steps = np.diff([frame.time for frame in frames])

@@ -17,7 +17,7 @@ SIZE = (960, 640)
 """The width and the height of a picture, pixels."""
 
 
-class Picture(Node):
+class SceneNode(Node):
     """The node that hears what there is to see of a match.
 
     Args:
@@ -47,7 +47,7 @@ class Picture(Node):
         return self._builder.build(live=True)
 
 
-class Camera:
+class SceneCamera:
     """Draws pictures, and keeps what it needs for the next one."""
 
     def __init__(self) -> None:

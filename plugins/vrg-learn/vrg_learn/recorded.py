@@ -39,7 +39,7 @@ _TINY: Final = 1e-6
 """The match time in s, and the share of a speed, below which two are the same."""
 
 
-class Driver(StrEnum):
+class DrivenBy(StrEnum):
     """What a player was driven by. Its strategy cannot choose it, as it can the mode that it reports."""
 
     STRATEGY = "strategy"
@@ -49,7 +49,7 @@ class Driver(StrEnum):
     REFEREE = "referee"
 
 
-class Decision(NamedTuple):
+class RecordedDecision(NamedTuple):
     """One decision of one player in play.
 
     Args:
@@ -61,7 +61,7 @@ class Decision(NamedTuple):
     time: float
     me: PlayerStatus
     round: int
-    driver: Driver
+    driver: DrivenBy
     able: bool
     observation: Vector
     action: npt.NDArray[np.float32]
@@ -84,7 +84,7 @@ def check(setup: MatchSetup) -> None:
         raise ConfigError("expected robots that all can drive sideways, or none of them")
 
 
-def decisions(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Decision]:
+def decisions(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[RecordedDecision]:
     """The decisions of all players while rounds are played, in the order of time.
 
     A decision in a gap of the recording, or beyond a torn end, is left out.
@@ -130,18 +130,18 @@ def decisions(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Decision]:
             robot=robot,
             pose=pose,
         )
-        driver = Driver.PROGRAM if name in programs else Driver.STRATEGY
+        driver = DrivenBy.PROGRAM if name in programs else DrivenBy.STRATEGY
         # The referee's lease goes first, then a person's.
         if me.lease is not None:
-            driver = Driver.REFEREE
+            driver = DrivenBy.REFEREE
         elif reports[name].manual(stamp):
-            driver = Driver.HUMAN
-        yield Decision(
+            driver = DrivenBy.HUMAN
+        yield RecordedDecision(
             stamp,
             me,
             state.round,
             driver,
-            me.may_move and driver is not Driver.REFEREE,
+            me.may_move and driver is not DrivenBy.REFEREE,
             observe(view, learning),
             fractions_of(wanted(sent, robot, limits.get(name, robot.v_max)), limits_of(robot)),
         )

@@ -9,7 +9,8 @@ from vrg.commands.options import GameArgument, write_text
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
-    from vrg_locate.camera.detection import Picture, Prints, Tag
+    from vrg_locate.camera.detection import Prints, Tag
+    from vrg_locate.camera.lens import Picture
 
 _FIRST: Final = 20
 """The pictures of a camera that are not looked at."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vrg.testing.processes.match import Match, long_match
+from vrg.testing.processes.match import LiveMatch, long_match
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
@@ -40,9 +40,9 @@ use_sim_time = true
 [[players]]"""
 
 
-def test_a_robot_of_ros_plays_stands_and_is_waited_for(start: Callable[..., Match], tmp_path: Path) -> None:
+def test_a_robot_of_ros_plays_stands_and_is_waited_for(start: Callable[..., LiveMatch], tmp_path: Path) -> None:
     (tmp_path / "stand_in").mkdir()
-    with Match(tmp_path / "stand_in", STAND_IN, movers=(), options=["--ros"]) as other:
+    with LiveMatch(tmp_path / "stand_in", STAND_IN, movers=(), options=["--ros"]) as other:
         other.movers = ("bot",)  # it moves once the other match plays
         text = long_match("rosy").replace("[[players]]", ROBOT.format(router=other.endpoint), 1)
         own = 'name = "ann"\nrole = "minnow"\nbackend = '

@@ -9,7 +9,7 @@ from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from vrg.errors import BusError, ConfigError, MessageError, Problem, RobotError, StaleDataError
-from vrg.hal.clock import REAL_CLOCK, Clock, Task
+from vrg.hal.clock import REAL_CLOCK, MonotonicClock, Task
 from vrg.hal.driver import COMMAND_TIMEOUT, Driver, DriverContext
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.battery import Battery
@@ -63,7 +63,7 @@ class RosDriver(Driver):
     settings = RosSettings
     measures = frozenset({Odometry.kind, Laser.kind, Battery.kind})
 
-    def __init__(self, context: DriverContext, *, clock: Clock = REAL_CLOCK) -> None:
+    def __init__(self, context: DriverContext, *, clock: MonotonicClock = REAL_CLOCK) -> None:
         super().__init__(context.name, context.model)
         settings = RosSettings.model_validate(dict(context.options))
         if context.name not in settings.robots:

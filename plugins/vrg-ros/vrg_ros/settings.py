@@ -101,7 +101,7 @@ class RosSettings(BackendSettings):
                     found.append(f"robots.{name}: {owner} obeys {topic}, too: give each a `namespace`")
         return found
 
-    def unproved(self, robots: Sequence[str]) -> list[str]:
+    def unverified(self, robots: Sequence[str]) -> list[str]:
         """Their own watchdogs, which no message proves."""
         return [
             f"{name}: its own driver must stop it when {self.robots[name].topic(self.robots[name].cmd_vel)} ceases, "

@@ -112,7 +112,7 @@ def test_a_viewer_can_change_nothing(server: LiveServer, port: int) -> None:
 def test_a_recorder_shows_a_match_as_it_happens_and_who_comes_late_its_newest_messages(port: int) -> None:
     keys = Keys("test")
     recorder = LiveRecorder("foxglove", Mailbox(), keys, lambda: LiveServer("test", "127.0.0.1", port))
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     ticks = iter(range(10_000))
 
     def play() -> None:
@@ -142,7 +142,7 @@ def test_a_recorder_shows_a_match_as_it_happens_and_who_comes_late_its_newest_me
 def test_a_port_that_another_program_has_ends_nothing_but_this(server: LiveServer, port: int) -> None:
     keys = Keys("test")
     recorder = LiveRecorder("foxglove", Mailbox(), keys, lambda: LiveServer("test", "127.0.0.1", port))
-    synthetic.Match(keys).step(recorder, 0.0, 0)
+    synthetic.SyntheticMatch(keys).step(recorder, 0.0, 0)
     assert recorder.fault is not None
     assert f"127.0.0.1:{port}" in recorder.fault
 

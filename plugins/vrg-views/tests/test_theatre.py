@@ -105,7 +105,7 @@ def test_a_node_and_a_replay_show_the_match_to_a_browser(recorded) -> None:
     """One browser sees a running match, with the buttons that choose a camera, and then a recorded one."""
     keys = Keys("test")
     node = ThreeNode("three", Mailbox(), keys, Theatre(ROBOTS, "127.0.0.1", free_port(), "test"), robots=ROBOTS)
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     with chromium(*WEBGL) as browser:
         node.start()
         try:

@@ -10,7 +10,7 @@ from websockets.sync.client import connect
 
 from vrg.kinds import KINDS, kind_shown
 from vrg.testing.command_line import Vrg
-from vrg.testing.processes.match import Match, long_match, short_match
+from vrg.testing.processes.match import LiveMatch, long_match, short_match
 from vrg.testing.waiting import wait_until
 from vrg.ui.timeline import Timeline
 from vrg_views.three import KIND, command
@@ -52,7 +52,7 @@ def test_a_recorded_match_is_shown(vrg: Vrg, tmp_path: Path, monkeypatch: pytest
 @pytest.mark.system
 def test_with_the_seat_of_a_window_it_hears_a_match(tmp_path: Path) -> None:
     """Its pictures are tested where they are made."""
-    with Match(tmp_path, long_match("three"), options=["--3d"], seats=True) as match:
+    with LiveMatch(tmp_path, long_match("three"), options=["--3d"], seats=True) as match:
         where = r"in three dimensions: http://(\S+)"
         wait_until(lambda: re.search(where, match.output.read_text()), "the launcher to print the link")
         found = re.search(where, match.output.read_text())

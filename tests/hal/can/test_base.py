@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.geometry import along_arc, compose
-from vrg.hal.can.base import TURN, DriveBase, Estimate, WheelAxis
+from vrg.hal.can.base import TURN, DriveBase, EncoderEstimate, WheelAxis
 from vrg.hal.models import robot_model
 from vrg.types import Pose
 
@@ -57,12 +57,12 @@ class Run:
                 self._turns[node] += self._speeds[node] * 0.01
                 assert self.base.update(node, self.estimate(node), self._wrap) is not None
 
-    def estimate(self, node: int) -> Estimate:
+    def estimate(self, node: int) -> EncoderEstimate:
         """As the wire has it."""
         position = self._turns[node] + self._offset
         if self._wrap:
             position = (position + self._wrap / 2) % self._wrap - self._wrap / 2
-        return Estimate(float(np.float32(position)), self._speeds[node], self._now)
+        return EncoderEstimate(float(np.float32(position)), self._speeds[node], self._now)
 
 
 @given(
@@ -95,8 +95,8 @@ def test_a_coarse_float32_does_not_drift() -> None:
 
 def test_the_first_estimate_is_no_movement() -> None:
     fresh = base()
-    assert fresh.update(0, Estimate(1234.5, 0.0, 1.0)) == 0.0
-    assert fresh.update(1, Estimate(-99.0, 0.0, 1.0)) == 0.0
+    assert fresh.update(0, EncoderEstimate(1234.5, 0.0, 1.0)) == 0.0
+    assert fresh.update(1, EncoderEstimate(-99.0, 0.0, 1.0)) == 0.0
     assert fresh.pose == Pose(0.0, 0.0, 0.0)
 
 

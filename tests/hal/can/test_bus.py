@@ -14,7 +14,7 @@ from vrg.hal.can.bus import CanBus, Stamps
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.opening import frame_time
-from vrg.hal.can.sending import MAX_IN_FLIGHT, Echoes, Pacer
+from vrg.hal.can.sending import MAX_IN_FLIGHT, Echoes, TokenBucket
 from vrg.hal.clock import REAL_CLOCK
 from vrg.testing.can.live import PATIENCE
 
@@ -112,15 +112,15 @@ class Wire:
     """A queue that is emptied one frame after the other at 250 kbit/s."""
 
     def __init__(self) -> None:
-        self.pacer = Pacer(FRAME_TIME)
+        self.bucket = TokenBucket(FRAME_TIME)
         self.now = 5.0
         self.leaves: list[float] = []
         self.fullest = 0
 
     def send(self, *, urgent: bool = False) -> None:
         if not urgent:
-            self.now += self.pacer.delay(self.now)
-        self.pacer.sent(self.now)
+            self.now += self.bucket.delay(self.now)
+        self.bucket.sent(self.now)
         last = self.leaves[-1] if self.leaves else 0.0
         self.leaves.append(max(last, self.now) + FRAME_TIME)
         self.fullest = max(self.fullest, sum(leaves > self.now for leaves in self.leaves))
@@ -151,15 +151,15 @@ def test_setpoints_in_their_rhythm_never_wait() -> None:
     for tick in range(100):
         wire.now = 5.0 + 0.02 * tick
         for _ in range(4):
-            assert wire.pacer.delay(wire.now) == 0.0
+            assert wire.bucket.delay(wire.now) == 0.0
             wire.send()
 
 
 def test_where_frames_take_no_time_none_waits() -> None:
-    pacer = Pacer(0.0)
+    bucket = TokenBucket(0.0)
     for _ in range(1000):
-        assert pacer.delay(5.0) == 0.0
-        pacer.sent(5.0)
+        assert bucket.delay(5.0) == 0.0
+        bucket.sent(5.0)
 
 
 BITTIMING = '[{"linkinfo": {"info_kind": "can", "info_data": {"state": "STOPPED", "bittiming": {"bitrate": 500000}}}}]'

@@ -38,7 +38,7 @@ def drives() -> Iterator[Drives]:
 
 def driver(model: RobotModel = P2AT, **wiring: object) -> CanDriver:
     options = settings("odrive", [0], [1], LINK, **wiring)
-    return CanDriver(DriverContext(name="r", model=model, options=options, now=lambda: NOW, medium=Lab.simulation))
+    return CanDriver(DriverContext(name="r", model=model, options=options, now=lambda: NOW), Lab.simulation)
 
 
 def go(robot: CanDriver, twist: Twist, ticks: int) -> None:
@@ -110,7 +110,7 @@ def omni(wired: dict[str, list[int]]) -> CanDriver:
     wiring = options["robots"]["r"]
     del wiring["left"], wiring["right"]
     wiring["axes"] = wired
-    return CanDriver(DriverContext(name="r", model=OMNI, options=options, now=lambda: NOW, medium=Lab.simulation))
+    return CanDriver(DriverContext(name="r", model=OMNI, options=options, now=lambda: NOW), Lab.simulation)
 
 
 def test_a_robot_on_omni_wheels_drives_sideways_by_the_motors_of_its_axes() -> None:

@@ -66,7 +66,7 @@ class Pair:
 
     def arm(self) -> None:
         """Arm drives whose watchdogs have been proved."""
-        self.guard.proof.unproved = False
+        self.guard.proof.pending = False
         assert self.guard.refusal(self.now) is None
         self.start(CLOSED, CLOSED)
         assert self.guard.armed
@@ -349,7 +349,7 @@ class TestProof:
     def test_a_watchdog_that_is_too_slow_is_no_proof(self, asked: Pair) -> None:
         asked.pass_time(PROOF_TIMEOUT, CLOSED, CLOSED)
         self.expire(asked, 0, 1)
-        assert asked.guard.proof.unproved
+        assert asked.guard.proof.pending
 
     def test_an_expiry_of_before_that_is_told_once_more_is_no_proof(self, pair: Pair) -> None:
         pair.guard.arm(pair.now)
@@ -359,7 +359,7 @@ class TestProof:
             pair.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.05)
         pair.pass_time(0.1, CLOSED, CLOSED)
         assert pair.guard.withholding
-        assert pair.guard.proof.unproved
+        assert pair.guard.proof.pending
         assert not pair.guard.rearm_pending
 
     def test_setpoints_are_withheld_only_once_every_motor_is_on(self, pair: Pair) -> None:
@@ -379,9 +379,9 @@ class TestProof:
         asked.guard.engage()
         assert not asked.guard.rearm_pending, "the player must arm it again"
         asked.guard.release(asked.now)
-        assert not asked.guard.proof.unproved
+        assert not asked.guard.proof.pending
         asked.guard.begin(asked.now)
-        assert asked.guard.proof.unproved
+        assert asked.guard.proof.pending
 
     def test_an_estop_ends_it(self, asked: Pair) -> None:
         asked.guard.engage()
@@ -416,7 +416,7 @@ class TestLacks:
 
         low(0.0, 3.0, IDLE)
         assert pair.guard.fault is None, "somebody may have cut the power of motors that are off"
-        pair.guard.proof.unproved = False
+        pair.guard.proof.pending = False
         pair.arm()
         pair.pass_time(0.2, CLOSED, CLOSED)
         for volts, seconds in ((12.0, 0.5), (24.0, 0.1), (17.0, 3.0)):

@@ -193,3 +193,10 @@ def test_a_match_whose_robots_would_share_a_port_is_refused(tmp_path: Any) -> No
     (problem,) = settings.problems(["sue", "bob"], tmp_path)
     assert "sue and bob are processes of their own, and cannot share slcan:/dev/ttyACM0" in problem
     assert settings.problems(["sue"], tmp_path) == []
+
+
+def test_real_drives_on_a_bus_within_one_process_are_refused(tmp_path: Any) -> None:
+    table = {"interface": "virtual", "robots": {"sue": {"left": [0], "right": [1]}}}
+    (problem,) = CanSettings.model_validate(table).problems(["sue"], tmp_path)
+    assert "the interface virtual is within one process" in problem
+    assert CanSettings.model_validate({**table, "emulate": True}).problems(["sue"], tmp_path) == []

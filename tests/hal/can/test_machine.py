@@ -67,7 +67,7 @@ class Bench:
 
     def armed(self) -> "Bench":
         """The robot is armed, and its drives were seen to have watchdogs."""
-        self.met().machine.guard.proof.unproved = False
+        self.met().machine.guard.proof.pending = False
         self.machine.arm(self.now)
         self.pass_time(0.05, MotorState.CLOSED_LOOP, on=True)
         assert self.machine.guard.armed
@@ -151,7 +151,7 @@ class TestMotors:
             bench.met().machine.drive([(1, 3.0)], bench.now)
 
     def test_no_wheel_turns_while_another_one_starts(self, bench: Bench) -> None:
-        bench.met().machine.guard.proof.unproved = False
+        bench.met().machine.guard.proof.pending = False
         bench.machine.arm(bench.now)
         bench.reports[0].state = MotorState.CLOSED_LOOP
         assert {order.arguments for order in bench.machine.drive([(1, 3.0), (2, 3.0)], bench.now)} == {(0.0,)}

@@ -19,6 +19,7 @@ from vrg.hal.can.calibration import (
 )
 from vrg.hal.can.link import Link
 from vrg.hal.can.settings import CanSettings, can_settings
+from vrg.hal.can.workshop.emulation import Emulation
 
 SUE = {"left": [0], "right": [1], "ratio": 50.0}
 BOB = {"left": [2, 3], "right": [4, 5]}
@@ -35,8 +36,8 @@ def test_a_good_table() -> None:
     assert settings.robots["bob"].wheel_axes(("left", "right"), None) == [
         WheelAxis(2, 0), WheelAxis(3, 0), WheelAxis(4, 1), WheelAxis(5, 1),
     ]  # fmt: skip
-    (companion,) = settings.companions(["sue", "bob"])
-    (again,) = settings.companions(["sue", "bob"])
+    (companion,) = Emulation(settings).companions(["sue", "bob"])
+    (again,) = Emulation(settings).companions(["sue", "bob"])
     assert again == companion, "drives that are started again are the same ones"
     assert companion.arguments == (
         "node", "drives", "--interface", "socketcan", "--channel", "can0", "--bitrate", "250000",
@@ -47,16 +48,16 @@ def test_a_good_table() -> None:
 
 def test_only_the_robots_that_play_are_emulated() -> None:
     settings = CanSettings.model_validate(table(emulate=True))
-    (companion,) = settings.companions(["bob"])
+    (companion,) = Emulation(settings).companions(["bob"])
     assert "0" not in companion.arguments
-    assert CanSettings.model_validate(table()).companions(["sue"]) == []
+    assert CanSettings.model_validate(table()).emulation is None
 
 
 def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
     robots = {"sue": SUE, "bob": {"left": [0], "right": [1], "channel": "can1"}}
     settings = CanSettings.model_validate(table(robots=robots, emulate=True))
     assert settings.link("bob").channel == "can1"
-    assert [c.name for c in settings.companions(["sue", "bob"])] == ["drives", "drives-2"]
+    assert [c.name for c in Emulation(settings).companions(["sue", "bob"])] == ["drives", "drives-2"]
 
 
 @pytest.mark.parametrize(

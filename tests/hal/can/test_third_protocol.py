@@ -14,6 +14,7 @@ from vrg import registry
 from vrg.errors import RobotError
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import CanSettings
+from vrg.hal.can.workshop.emulation import Emulation
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
@@ -61,7 +62,7 @@ def test_a_match_file_may_name_it() -> None:
     table = settings("toy", *NODES)
     checked = CanSettings.model_validate({**table, "emulate": True})
     assert checked.protocol_of("r") is toy.PROTOCOL
-    (companion,) = checked.companions(["r"])
+    (companion,) = Emulation(checked).companions(["r"])
     assert "toy" in companion.arguments
     with pytest.raises(ValidationError, match="node id of toy: expected 1 to 15, got 0"):
         CanSettings.model_validate(settings("toy", [0], [1]))

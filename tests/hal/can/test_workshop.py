@@ -11,7 +11,7 @@ from vrg.testing.can.bench import NODES
 DRIVE = """
 import sys
 import vrg.hal.can.bus
-from vrg.hal.backends import BACKENDS
+from vrg.hal.can.driver import CanDriver
 from vrg.hal.clock import RealClock
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
@@ -34,10 +34,10 @@ class Bus:
 
 wiring = {{"left": {left}, "right": {right}, "options": {options}}}
 table = {{"interface": "virtual", "channel": "x", "protocol": "{protocol}", "robots": {{"r": wiring}}}}
-context = DriverContext(name="r", model=robot_model("P2AT"), options=table, now=lambda: 0.0, medium=Medium())
+context = DriverContext(name="r", model=robot_model("P2AT"), options=table, now=lambda: 0.0)
 Meeting.step = lambda self, now: MeetingStep.SET_UP
 PROTOCOLS.get("{protocol}").axis_type.prepare = lambda self: None
-driver = BACKENDS.get("can")(context)
+driver = CanDriver(context, Medium())
 driver.connect()
 driver.disarm()
 driver.close()

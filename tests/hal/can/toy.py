@@ -16,7 +16,7 @@ from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.listener import Claim, Listener
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 
 PROTOCOL = Protocol(
     "toy",
@@ -70,7 +70,7 @@ def status_of(data: bytes) -> Status | None:
 
 
 class ToyAxis(Axis):
-    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int, send: Send, clock: MonotonicClock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self._wanted = False
 

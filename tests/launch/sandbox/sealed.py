@@ -8,19 +8,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vrg.launch.sandbox.player import entries_of, libraries
-from vrg.launch.sandbox.policy import Policy, files
+from vrg.launch.sandbox.policy import SealPolicy, files
 from vrg.launch.sandbox.seal import seal
 
 PATIENCE = 180
 """s of real time that a sealed process may take."""
 
 
-def policy(folder: Path, *, port: int = 7447, core: int = 0) -> Policy:
+def policy(folder: Path, *, port: int = 7447, core: int = 0) -> SealPolicy:
     """One by which `folder/code/mine.py` and `tricks.py` can be read, and `folder/own` be written."""
     code = [folder / "code" / "mine.py", folder / "code" / "tricks.py"]
     places = {"own": code, "folder": folder / "own"}
     allowed = files(libraries=libraries(), hidden=(), entries=entries_of, **places)  # type: ignore[arg-type]
-    return Policy(files=allowed, ports=(port,), folder=folder / "own", memory=400 + _used(), core=core)
+    return SealPolicy(files=allowed, ports=(port,), folder=folder / "own", memory=400 + _used(), core=core)
 
 
 def _used() -> int:
@@ -29,7 +29,7 @@ def _used() -> int:
     return pages * os.sysconf("SC_PAGE_SIZE") // 1_000_000
 
 
-def sealed(wanted: Policy, action: Callable[[], object]) -> object:
+def sealed(wanted: SealPolicy, action: Callable[[], object]) -> object:
     """What an action returns or raises in a sealed process. `ChildProcessError` if the process did not survive it."""
     reader, writer = os.pipe()
     pid = os.fork()

@@ -15,7 +15,7 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.launch.sandbox import player as reach
 from vrg.launch.sandbox.player import libraries, policy_of
-from vrg.launch.sandbox.policy import Access, Policy, readable
+from vrg.launch.sandbox.policy import Access, SealPolicy, readable
 from vrg.runs.run_folder import RunFolder
 from vrg.testing import matches
 from vrg.testing.processes.match import short_match
@@ -84,12 +84,12 @@ def match(tmp_path: Path) -> MatchSetup:
     return written(tmp_path, shark="red.py:S", ann="blue.py:S", bob="blue.py:S", cid="blue.py:S")
 
 
-def policy(match: MatchSetup, name: str = "ann") -> Policy:
+def policy(match: MatchSetup, name: str = "ann") -> SealPolicy:
     base = Path(match.base)
     return policy_of(match, name, run=RunFolder(base / "runs/now"), keys=base / "seats")
 
 
-def allowed(wanted: Policy, path: Path, access: Access) -> bool:
+def allowed(wanted: SealPolicy, path: Path, access: Access) -> bool:
     return any(path.is_relative_to(place) and access in what for place, what in wanted.files)
 
 

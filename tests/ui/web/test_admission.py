@@ -6,7 +6,7 @@ import pytest
 
 from vrg.ui.web.admission import OFFICIAL, VIEWER, VisitorKind, VisitorRole, admission, read_admission
 from vrg.ui.web.lobby import AT_ONCE, PER_SECOND, Admitted, Allowance, Lobby, Refused
-from vrg.ui.web.requests import Drive, Hello, PageButton, Pressed, read_request, refusal
+from vrg.ui.web.requests import DriveRequest, Hello, PageButton, Pressed, read_request, refusal
 
 PAGE = admission("127.0.0.1", 8080, ["ann", "bob"])
 ANN = VisitorRole(VisitorKind.SEAT, "ann")
@@ -57,8 +57,8 @@ def test_it_travels_in_one_line():
 
 def test_an_official_decides_but_does_not_drive_and_a_driver_may_also_stop_everything():
     assert all(not refusal(OFFICIAL, Pressed(what=what)) for what in PageButton)
-    assert refusal(OFFICIAL, Drive(forward=1.0, turn=0.0))
-    assert not refusal(ANN, Drive(forward=1.0, turn=0.0))
+    assert refusal(OFFICIAL, DriveRequest(forward=1.0, turn=0.0))
+    assert not refusal(ANN, DriveRequest(forward=1.0, turn=0.0))
     assert [what for what in PageButton if not refusal(ANN, Pressed(what=what))] == [PageButton.ESTOP]
 
 

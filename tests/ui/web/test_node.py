@@ -13,7 +13,7 @@ from vrg.testing.views import synthetic
 from vrg.testing.views.viewers import Viewers
 from vrg.ui.scene import Scene
 from vrg.ui.web.node import WebNode
-from vrg.ui.web.requests import Command, Decision, Inspect, PageButton, Wishes
+from vrg.ui.web.requests import ButtonPress, Inspect, PageButton, PageDrive, Wishes
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def node(keys, audience):
 
 @pytest.fixture
 def match(keys):
-    return synthetic.Match(keys)
+    return synthetic.SyntheticMatch(keys)
 
 
 def said(node):
@@ -76,7 +76,7 @@ def test_nothing_is_drawn_up_while_nobody_looks_but_calls_are_kept(node, match, 
 
 def test_a_command_is_published_once_with_a_lease_so_that_a_silent_page_drives_nobody(node, match, audience):
     match.step(node, 5.0, 0)
-    audience.wish = Wishes(commands=(Command(1, "nemo", 0.5, -0.2),))
+    audience.wish = Wishes(commands=(PageDrive(1, "nemo", 0.5, -0.2),))
     match.step(node, 5.05, 1)
     assert said(node) == [m.Manual(forward=0.5, turn=-0.2, lease=LEASE)]
     match.step(node, 5.1, 2)
@@ -87,7 +87,7 @@ def test_who_gives_back_gives_back_at_once_and_only_what_was_driven(node, match,
     audience.wish = Wishes(given_back=("nemo",))
     match.step(node, 5.0, 0)
     assert said(node) == []
-    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
+    audience.wish = Wishes(commands=(PageDrive(1, "nemo", 1.0, 0.0),))
     match.step(node, 5.05, 1)
     audience.wish = Wishes(given_back=("nemo",))
     match.step(node, 5.1, 2)
@@ -95,7 +95,7 @@ def test_who_gives_back_gives_back_at_once_and_only_what_was_driven(node, match,
 
 
 def test_an_emergency_stop_gives_back_and_drops_what_comes_meanwhile(keys, node, match, audience):
-    drive = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
+    drive = Wishes(commands=(PageDrive(1, "nemo", 1.0, 0.0),))
     audience.wish = drive
     match.step(node, 5.0, 0)
     stopped = m.Clock(time=5.05, tick=1, epoch=0, rate=1.0, estop=True)
@@ -107,7 +107,7 @@ def test_an_emergency_stop_gives_back_and_drops_what_comes_meanwhile(keys, node,
     assert [manual.lease for manual in said(node)][-1] == 0.0
     match.say(node.mailbox, keys.clock, m.Clock(time=5.2, tick=4, epoch=0, rate=1.0, estop=False), 5.2, 4)
     for number, forward in enumerate((1.0, 0.0, 1.0), 5):
-        audience.wish = Wishes(commands=(Command(1, "nemo", forward, 0.0),))
+        audience.wish = Wishes(commands=(PageDrive(1, "nemo", forward, 0.0),))
         node.mailbox.handover(5.0 + 0.1 * number)
         node.tick(Tick(5.0 + 0.1 * number))
     assert [manual.forward for manual in said(node)] == [0.0, 1.0], "what is still held must be let go once"
@@ -120,7 +120,7 @@ def test_after_a_silence_what_is_still_held_does_not_drive_on(node, match, audie
     back = 5.25 + silence
     wanted = [(5.05, 1.0), (5.25, 1.0), (back, 1.0), (back + 0.05, 1.0), (back + 0.1, 0.0), (back + 0.15, 1.0)]
     for number, (time, forward) in enumerate(wanted, 1):
-        audience.wish = Wishes(commands=(Command(7, "nemo", forward, 0.0),))
+        audience.wish = Wishes(commands=(PageDrive(7, "nemo", forward, 0.0),))
         match.step(node, time, number)
     driven = [(manual.forward, manual.lease > 0) for manual in said(node)]
     assert driven == [(1.0, True), (1.0, True), (0.0, False), (0.0, True), (1.0, True)]
@@ -130,7 +130,7 @@ def test_after_a_silence_what_is_still_held_does_not_drive_on(node, match, audie
 def test_a_page_that_lets_go_and_drives_again_at_once_is_not_released_again(node, match, audience):
     """On a slow connection both come in one tick, and before them commands of hands that were not free yet."""
     match.step(node, 5.0, 0)
-    drive = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+    drive = Wishes(commands=(PageDrive(7, "nemo", 1.0, 0.0),))
     for number, (time, wish) in enumerate(
         [(5.05, drive), *((6.0 + 0.05 * late, drive) for late in range(6)), (6.3, replace(drive, given_back=("nemo",)))]
     ):
@@ -146,7 +146,7 @@ def test_a_match_that_is_as_fast_as_possible_can_be_driven(keys, node, match, au
         fast = m.Clock(time=time, tick=number, epoch=0, rate=0.0, estop=False)
         match.say(node.mailbox, keys.clock, fast, time, number)
         node.mailbox.handover(time)
-        audience.wish = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+        audience.wish = Wishes(commands=(PageDrive(7, "nemo", 1.0, 0.0),))
         node.tick(Tick(time))
     assert [manual.forward for manual in said(node)][-1] == 1.0
     assert audience.released == []
@@ -154,7 +154,7 @@ def test_a_match_that_is_as_fast_as_possible_can_be_driven(keys, node, match, au
 
 @pytest.mark.parametrize("held", [True, False], ids=["commands go on", "no command comes meanwhile"])
 def test_after_a_clock_that_had_stopped_what_is_still_held_does_not_drive_on(node, match, audience, held):
-    drive = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+    drive = Wishes(commands=(PageDrive(7, "nemo", 1.0, 0.0),))
     match.step(node, 5.0, 0)
     audience.wish = drive
     match.step(node, 5.05, 1)
@@ -176,7 +176,7 @@ def test_a_player_that_another_person_drives_is_refused_and_the_page_reads_why(k
     match.say(node.mailbox, keys.report("nemo"), taken, 5.1, 1)
     node.mailbox.handover(5.1)
     node.tick(Tick(5.1))
-    audience.wish = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+    audience.wish = Wishes(commands=(PageDrive(7, "nemo", 1.0, 0.0),))
     node.tick(Tick(5.2))
     assert said(node) == []
     assert audience.told == [(7, "Another person drives nemo.")]
@@ -187,15 +187,15 @@ def test_the_lease_holds_in_real_time_in_a_match_that_is_fast(keys, node, match,
     match.say(node.mailbox, keys.clock, m.Clock(time=1.0, tick=0, epoch=0, rate=2.0, estop=False), 1.0, 0)
     node.mailbox.handover(1.0)
     node.tick(Tick(1.0))
-    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
+    audience.wish = Wishes(commands=(PageDrive(1, "nemo", 1.0, 0.0),))
     node.tick(Tick(1.1))
     assert [manual.lease for manual in said(node)] == [2 * LEASE]
 
 
 def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(node, match, audience):
     match.step(node, 5.0, 0)
-    stop = Decision(1, "driver of nemo (web)", PageButton.ESTOP)
-    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),), decisions=(stop,))
+    stop = ButtonPress(1, "driver of nemo (web)", PageButton.ESTOP)
+    audience.wish = Wishes(commands=(PageDrive(1, "nemo", 1.0, 0.0),), decisions=(stop,))
     node.tick(Tick(5.0, live=False))
     assert said(node) == [m.Estop(by="driver of nemo (web)")]
     assert audience.frames[-1]["state"]["banners"][0]["heading"] == "NO CLOCK"
@@ -203,7 +203,7 @@ def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(node, ma
 
 @pytest.mark.parametrize("what", [PageButton.HALT, PageButton.RESUME, PageButton.RECOVER, PageButton.END])
 def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided(keys, node, match, audience, what):
-    audience.wish = Wishes(decisions=(Decision(7, "official (web)", what),))
+    audience.wish = Wishes(decisions=(ButtonPress(7, "official (web)", what),))
     match.step(node, 5.0, 0)
     [asked] = said(node)
     assert (asked.action.value, asked.by) == (what.value, "official (web)")
@@ -219,7 +219,9 @@ def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided
 def test_a_player_of_the_match_is_disqualified_and_reinstated(node, match, audience, what):
     match.step(node, 5.0, 0)
     match.step(node, 5.05, 1)
-    audience.wish = Wishes(decisions=(Decision(7, "official (web)", what, "nemo"), Decision(8, "official (web)", what)))
+    audience.wish = Wishes(
+        decisions=(ButtonPress(7, "official (web)", what, "nemo"), ButtonPress(8, "official (web)", what))
+    )
     match.step(node, 5.1, 2)
     [asked] = said(node)
     assert (asked.action.value, asked.subject) == (what.value, "nemo")
@@ -228,7 +230,7 @@ def test_a_player_of_the_match_is_disqualified_and_reinstated(node, match, audie
 
 def test_without_an_officials_seat_it_stops_everything_and_decides_nothing(keys, match, audience):
     node = WebNode("web", Mailbox(), keys, audience, official=False)
-    audience.wish = Wishes(decisions=tuple(Decision(7, "official (web)", what) for what in PageButton))
+    audience.wish = Wishes(decisions=tuple(ButtonPress(7, "official (web)", what) for what in PageButton))
     match.step(node, 5.0, 0)
     assert said(node) == [m.Estop(by="official (web)")]
     assert len(audience.told) == len(PageButton) - 1
@@ -305,8 +307,8 @@ def test_a_drawer_listens_only_while_somebody_has_it_open(drawn, match, audience
 def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, match):
     one, other = Viewers(), Viewers()
     nodes = [WebNode("web", Mailbox(), keys, audience) for audience in (one, other)]
-    one.wish = Wishes(decisions=(Decision(7, "official (web)", PageButton.HALT),))
-    other.wish = Wishes(decisions=(Decision(8, "official (web)", PageButton.RESUME),))
+    one.wish = Wishes(decisions=(ButtonPress(7, "official (web)", PageButton.HALT),))
+    other.wish = Wishes(decisions=(ButtonPress(8, "official (web)", PageButton.RESUME),))
     for node in nodes:
         match.step(node, 5.0, 0)
     [asked], [_] = (said(node) for node in nodes)
@@ -319,7 +321,7 @@ def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, mat
 
 
 def test_the_emergency_stop_and_its_release_have_keys_of_their_own(node, match, audience):
-    decisions = tuple(Decision(1, "official (web)", what) for what in (PageButton.ESTOP, PageButton.RELEASE))
+    decisions = tuple(ButtonPress(1, "official (web)", what) for what in (PageButton.ESTOP, PageButton.RELEASE))
     audience.wish = Wishes(decisions=decisions)
     match.step(node, 5.0, 0)
     assert said(node) == [m.Estop(by="official (web)"), m.EstopRelease(by="official (web)")]
@@ -327,7 +329,7 @@ def test_the_emergency_stop_and_its_release_have_keys_of_their_own(node, match, 
 
 def test_stopping_gives_players_back_and_shows_the_last_picture(node, match, audience):
     node.start()
-    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
+    audience.wish = Wishes(commands=(PageDrive(1, "nemo", 1.0, 0.0),))
     match.step(node, 5.0, 0)
     said(node)
     node.stop()

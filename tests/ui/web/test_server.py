@@ -19,7 +19,7 @@ from vrg.seats.authority import fingerprint
 from vrg.ui.web import site
 from vrg.ui.web.admission import admission
 from vrg.ui.web.headers import foreign
-from vrg.ui.web.requests import REQUEST_LIMIT, Command, Inspect, PageButton, Wishes
+from vrg.ui.web.requests import REQUEST_LIMIT, Inspect, PageButton, PageDrive, Wishes
 from vrg.ui.web.server import IN_FLIGHT, WebServer
 
 PATIENCE = 60.0
@@ -226,8 +226,8 @@ async def test_a_driver_drives_its_own_player_and_leaving_gives_it_back(server):
         assert (await driver.hear("welcome"))["player"] == "ann"
         await driver.say(t="drive", forward=0.1, turn=0.0)
         await driver.say(t="drive", forward=0.5, turn=-0.5)
-        await until(lambda: server._commands.get("ann") == Command(ANY, "ann", 0.5, -0.5))
-        assert server.wishes() == Wishes(commands=(Command(ANY, "ann", 0.5, -0.5),))
+        await until(lambda: server._commands.get("ann") == PageDrive(ANY, "ann", 0.5, -0.5))
+        assert server.wishes() == Wishes(commands=(PageDrive(ANY, "ann", 0.5, -0.5),))
         assert server.wishes() == Wishes()
     await until(lambda: server._given_back)
     assert server.wishes() == Wishes(given_back=("ann",))
@@ -239,8 +239,8 @@ async def test_a_driver_that_gives_back_and_drives_again_at_once_has_let_go_in_b
         await driver.say(t="drive", forward=0.1, turn=0.0)
         await driver.say(t="give_back")
         await driver.say(t="drive", forward=0.5, turn=0.0)
-        await until(lambda: server._commands.get("ann") == Command(ANY, "ann", 0.5, 0.0))
-        assert server.wishes() == Wishes(commands=(Command(ANY, "ann", 0.5, 0.0),), given_back=("ann",))
+        await until(lambda: server._commands.get("ann") == PageDrive(ANY, "ann", 0.5, 0.0))
+        assert server.wishes() == Wishes(commands=(PageDrive(ANY, "ann", 0.5, 0.0),), given_back=("ann",))
 
 
 @in_loop

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from typing import ClassVar, Protocol
 
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg.tables import Table
 
 
@@ -185,7 +185,7 @@ class Axis(AxisReport, ABC):
 
     options_type: ClassVar[type[ProtocolOptions]] = ProtocolOptions
 
-    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int, send: Send, clock: MonotonicClock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node)
         self.options = self.options_type() if options is None else options
         self._send = send

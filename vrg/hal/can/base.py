@@ -37,7 +37,7 @@ class WheelAxis:
     serial: str = ""
 
 
-class Estimate(Struct, frozen=True):
+class EncoderEstimate(Struct, frozen=True):
     """A position and a velocity of the motor from its encoder, in turns and turn/s, at monotonic time `at`, s."""
 
     position: float
@@ -63,7 +63,7 @@ class DriveBase:
         self._model = model
         self._axis_of = {axis.node: axis for axis in axes}
         self.bounds = {axis.node: _bounds(axis, model) for axis in axes}
-        self._last: dict[int, Estimate] = {}
+        self._last: dict[int, EncoderEstimate] = {}
         self._moved: dict[int, float] = {}
         self.pose = Pose(0.0, 0.0, 0.0)
         self._by_axis = [[a for a in axes if a.axis == number] for number in range(len(model.drivetrain.axes))]
@@ -91,7 +91,7 @@ class DriveBase:
         """
         return self._means({a.node: velocities[a.node] * TURN * a.direction / a.ratio for a in self.axes})
 
-    def update(self, node: int, estimate: Estimate, turns: float = 0.0) -> float | None:
+    def update(self, node: int, estimate: EncoderEstimate, turns: float = 0.0) -> float | None:
         """Take in one encoder's estimate; the pose moves on once all have one more.
 
         A position is only ever compared with the one before: how coarse a float32 has become far from zero adds up to

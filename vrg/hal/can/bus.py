@@ -19,9 +19,9 @@ from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import IDLE_TIMEOUT, SEND_TIMEOUT, Link
 from vrg.hal.can.opening import frame_time, open_bus, restart, takes_fd
-from vrg.hal.can.sending import Echoes, Pacer
+from vrg.hal.can.sending import Echoes, TokenBucket
 from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full
-from vrg.hal.clock import REAL_CLOCK, Clock
+from vrg.hal.clock import REAL_CLOCK, MonotonicClock
 from vrg.system import boot_time
 
 log = logging.getLogger(__name__)
@@ -76,7 +76,7 @@ class CanBus:
         self._echo_lock = threading.Lock()
         self._fd = False
         self._stamps = Stamps() if link.interface in _WALL_CLOCK else None
-        self._pacer = Pacer(0.0)
+        self._bucket = TokenBucket(0.0)
         self._pace_lock = threading.Lock()
 
     def start(self) -> None:
@@ -90,7 +90,7 @@ class CanBus:
         bus = open_bus(self.link)
         self._filter(bus)
         self._fd = takes_fd(self.link)
-        self._pacer = Pacer(frame_time(self.link))
+        self._bucket = TokenBucket(frame_time(self.link))
         # A new event for each thread, so that one that is late to end is not revived.
         self._stopping = threading.Event()
         self._bus = bus
@@ -118,7 +118,7 @@ class CanBus:
         """Send within SEND_TIMEOUT s or never: nothing is queued here to be sent late.
 
         Args:
-            urgent: it switches a motor off, and does not wait for those that are under way; see `Pacer`.
+            urgent: it switches a motor off, and does not wait for those that are under way; see `TokenBucket`.
 
         Raises:
             RobotError: it could not be sent, with the reason.
@@ -127,7 +127,7 @@ class CanBus:
         if frame.fd and not self._fd:
             raise NoFdError(f"{self.link}: CAN FD is switched off on this interface")
         deadline = time.monotonic() + SEND_TIMEOUT
-        while self._pacer.frame_time and (delay := self._reserve(urgent)) > 0:
+        while self._bucket.frame_time and (delay := self._reserve(urgent)) > 0:
             if time.monotonic() + delay > deadline:
                 raise RobotError(f"{self.link}: more frames wait to be sent than the bus carries in {SEND_TIMEOUT:g} s")
             time.sleep(delay)
@@ -149,9 +149,9 @@ class CanBus:
         """Take a place for a frame; s to wait before it is asked again, if there is none."""
         with self._pace_lock:
             now = time.monotonic()
-            delay = 0.0 if urgent else self._pacer.delay(now)
+            delay = 0.0 if urgent else self._bucket.delay(now)
             if delay <= 0:
-                self._pacer.sent(now)
+                self._bucket.sent(now)
             return delay
 
     def _put(self, bus: can.BusABC, frame: Frame) -> None:
@@ -251,7 +251,7 @@ class CanBus:
 class RealMedium:
     """The buses and the time of this computer."""
 
-    clock: Clock = REAL_CLOCK
+    clock: MonotonicClock = REAL_CLOCK
 
     bus = CanBus
 

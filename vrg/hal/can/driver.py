@@ -4,9 +4,11 @@ import math
 
 from vrg.bus.messages import SensorMessage
 from vrg.errors import ConfigError, Problem, StaleDataError
+from vrg.hal.backends import BACKENDS, MatchContext, open_driver
 from vrg.hal.can.base import TURN
 from vrg.hal.can.bus import RealMedium
 from vrg.hal.can.calibration import load_calibration
+from vrg.hal.can.link import Medium
 from vrg.hal.can.settings import CanSettings, can_settings
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.driver import Driver, DriverContext
@@ -24,7 +26,7 @@ class CanDriver(DriveTrain, Driver):
     of match time too.
 
     Args:
-        context: its options are those of `CanSettings`.
+        context: its options are those of `CanSettings`. medium: the buses; None for those of this computer.
 
     Raises:
         ConfigError: the settings or the calibration file have problems.
@@ -33,7 +35,7 @@ class CanDriver(DriveTrain, Driver):
     settings = CanSettings
     measures = frozenset({"odometry", "encoders", "battery"})
 
-    def __init__(self, context: DriverContext) -> None:
+    def __init__(self, context: DriverContext, medium: Medium | None = None) -> None:
         name = context.name
         settings = can_settings(context.options)
         wiring = settings.robots.get(name)
@@ -50,7 +52,7 @@ class CanDriver(DriveTrain, Driver):
         axes = wiring.wheel_axes(model.drivetrain.axes, calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
-        medium, supply = context.medium or RealMedium(), wiring.judged_supply
+        medium, supply = medium or RealMedium(), wiring.judged_supply
         DriveTrain.__init__(
             self, name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, supply=supply
         )
@@ -95,3 +97,9 @@ class CanDriver(DriveTrain, Driver):
         """The battery's charge by its voltage, 0 to 1."""
         empty, full = self._supply
         return min(1.0, max(0.0, (volts - empty) / (full - empty)))
+
+
+def open_on(medium: Medium, backend: str, context: MatchContext) -> Driver:
+    """Construct the driver of a robot, on these buses if it is a CAN robot; see `vrg.hal.backends.open_driver`."""
+    kind = BACKENDS.get(backend)
+    return kind(context, medium) if issubclass(kind, CanDriver) else open_driver(backend, context)

@@ -10,12 +10,12 @@ import math
 from collections.abc import Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport, MotorState
-from vrg.hal.can.judges.identity import Identity
+from vrg.hal.can.judges.identity import DriveIdentity
 from vrg.hal.can.judges.off import Off
-from vrg.hal.can.judges.proof import Proof, ProofStep
+from vrg.hal.can.judges.proof import ProofStep, WatchdogProof
 from vrg.hal.can.judges.reasons import Cause, Reason
-from vrg.hal.can.judges.silence import HEARTBEAT_TIMEOUT, Silence
-from vrg.hal.can.judges.start import STATUS_GRACE, Start
+from vrg.hal.can.judges.silence import HEARTBEAT_TIMEOUT, DriveSilence
+from vrg.hal.can.judges.start import STATUS_GRACE, DriveStart
 from vrg.hal.can.judges.supply import ANY_SUPPLY, Supply
 
 
@@ -38,7 +38,7 @@ class Guard:
             robot, until something else arms or disarms it; None if there was none.
         rearm_pending: the robot is to be armed once more, as the player has asked: the watchdogs have been seen to
             work, or are to be tried again.
-        start: judges the starts of the drives. proof: judges the drives' own watchdogs. While it is `unproved`, the
+        start: judges the starts of the drives. proof: judges the drives' own watchdogs. While it is `pending`, the
             drives are left without setpoints when the robot is armed, at zero speed, until each reports that its
             watchdog has stopped its motor.
     """
@@ -54,9 +54,9 @@ class Guard:
         self.disarmed_because: str | None = None
         self.estop = self.at_drive = False
         self.armed_by_player = self.rearm_pending = False
-        self.start, self.proof = Start(), Proof()
-        self._silence, self._off = Silence(), Off()
-        self._supply, self._identity = Supply(*supply), Identity(axes, serials or {})
+        self.start, self.proof = DriveStart(), WatchdogProof()
+        self._silence, self._off = DriveSilence(), Off()
+        self._supply, self._identity = Supply(*supply), DriveIdentity(axes, serials or {})
 
     def begin(self, now: float) -> None:
         """A person has connected or recovered the robot: judge anew from here."""
@@ -111,13 +111,13 @@ class Guard:
     @property
     def proving(self) -> bool:
         """True if no setpoint may be sent now, because it is seen whether the drives' own watchdogs work."""
-        return (self.armed_by_player and self.proof.unproved) or self.rearm_pending
+        return (self.armed_by_player and self.proof.pending) or self.rearm_pending
 
     @property
     def withholding(self) -> bool:
         """True if every motor has been on since it was armed, and now gets no setpoints, to prove its watchdog."""
         started = self.start.started.issuperset(axis.node for axis in self._axes)
-        return self.armed_by_player and self.proof.unproved and started
+        return self.armed_by_player and self.proof.pending and started
 
     @property
     def armed(self) -> bool:
@@ -164,7 +164,7 @@ class Guard:
         again = False
         if self.fault or self.estop or stopped:
             self.rearm_pending = False
-        elif self.armed_by_player and self.proof.unproved:
+        elif self.armed_by_player and self.proof.pending:
             again = self._prove(heard_until)
         lapse = self._lapse(heard_until) if self.armed_by_player else None
         if self.armed_by_player and (again or self.fault or self.estop or lapse):

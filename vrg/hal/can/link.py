@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final, Protocol
 
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg.registry import expected_one_of
 
 SERIAL_INTERFACES = frozenset({"slcan", "serial", "robotell"})
@@ -172,7 +172,7 @@ class Medium(Protocol):
     """Buses and their time."""
 
     @property
-    def clock(self) -> Clock:
+    def clock(self) -> MonotonicClock:
         """The time of its buses."""
 
     def bus(

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport, MotorState
-from vrg.hal.can.base import DriveBase, Estimate
+from vrg.hal.can.base import DriveBase, EncoderEstimate
 from vrg.hal.can.guard import Guard
 from vrg.hal.can.judges.off import OFF_PERIOD
 from vrg.hal.can.judges.reasons import BUSY
@@ -149,7 +149,7 @@ class StateMachine:
             return [] if self.guard.armed else self.stand(now)
         if not self.guard.off:
             return []  # what a drive reports of before would be taken for its answer
-        if self.guard.rearm_pending and not self.guard.proof.unproved:
+        if self.guard.rearm_pending and not self.guard.proof.pending:
             log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
         self.base.rebase()
         self.guard.arm(now)
@@ -274,7 +274,7 @@ class StateMachine:
         if report.measured == self._measured[node]:
             return
         gap, self._measured[node] = report.measured - self._measured[node], report.measured
-        estimate = Estimate(report.position, report.velocity, report.measured)
+        estimate = EncoderEstimate(report.position, report.velocity, report.measured)
         way = self.base.update(node, estimate, report.wrap)
         if way is None and (guard.armed or guard.disarmed_because is not None):
             where = f"node {node}: its position jumped to {report.position:.4g} turns"

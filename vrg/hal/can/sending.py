@@ -17,7 +17,7 @@ ASSUMED_BIT_RATE = 250_000
 """bit/s of a bus whose bit rate is not known. Slower ones are rare, and on a faster one little is lost."""
 
 
-class Pacer:
+class TokenBucket:
     """A bucket of MAX_IN_FLIGHT tokens, one for each frame. A token comes back once its frame is through.
 
     Times are monotonic, s.

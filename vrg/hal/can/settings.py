@@ -1,24 +1,22 @@
 """The settings of CAN robots in a match file: the table [backends.can]."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError, model_validator
 
 from vrg.errors import ConfigError
-from vrg.hal.backends import Companion
 from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.link import SERIAL_INTERFACES, AdapterValue, Link, missing_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.can.wiring import InterfaceName, ProtocolName, RobotWiring
-from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.settings import BackendSettings
 from vrg.tables import problems_of
 
 if TYPE_CHECKING:
-    from vrg.hal.can.workshop.simulation import Simulation
+    from vrg.hal.can.workshop.emulation import Emulation
 
 
 class CanSettings(BackendSettings):
@@ -59,9 +57,13 @@ class CanSettings(BackendSettings):
         return self
 
     @property
-    def emulated(self) -> bool:
-        """True if the drives are emulated."""
-        return self.emulate
+    def emulation(self) -> "Emulation | None":
+        """The emulated drives; None if they are real."""
+        if not self.emulate:
+            return None
+        from vrg.hal.can.workshop.emulation import Emulation  # noqa: PLC0415 - real drives need no workshop
+
+        return Emulation(self)
 
     def link(self, robot: str) -> Link:
         """The bus of a robot."""
@@ -100,7 +102,7 @@ class CanSettings(BackendSettings):
 
     def problems(self, robots: Sequence[str], base: Path) -> list[str]:
         """Robots without wiring, calibration files that do not fit, and robots that share what cannot be shared."""
-        found = []
+        found = [] if self.emulate else self.within_process(name for name in robots if name in self.robots)
         ports: dict[str, list[str]] = {}
         for name in robots:
             if name in self.robots and (link := self.link(name)).interface in SERIAL_INTERFACES:
@@ -127,7 +129,7 @@ class CanSettings(BackendSettings):
                     found += map(str, error.problems)
         return found
 
-    def unproved(self, robots: Sequence[str]) -> list[str]:
+    def unverified(self, robots: Sequence[str]) -> list[str]:
         """Directions, watchdogs and units of real drives."""
         if self.emulate:
             return []
@@ -149,8 +151,8 @@ class CanSettings(BackendSettings):
                 )
         return found
 
-    def only_in_process(self, robots: Sequence[str]) -> list[str]:
-        """Buses that only one process can use."""
+    def within_process(self, robots: Iterable[str]) -> list[str]:
+        """The buses of these robots that only one process can use, in words, each with what to do."""
         links = {str(link): link for link in map(self.link, robots) if link.interface == "virtual"}
         return [
             f"{link}: the interface virtual is within one process: add --in-process, or take the interface "
@@ -161,31 +163,11 @@ class CanSettings(BackendSettings):
     def missing_here(self, robots: Sequence[str]) -> list[str]:
         """Network interfaces of CAN that do not exist or are down."""
         links = {str(link): link for link in map(self.link, robots)}.values()
-        return [*self.only_in_process(robots), *filter(None, map(missing_interface, links))]
+        return [*self.within_process(robots), *filter(None, map(missing_interface, links))]
 
     def files(self, robots: Sequence[str]) -> list[str]:
         """The calibration files."""
         return [file for name in robots if (file := self.robots[name].calibration) is not None]
-
-    def simulate(self, robots: Sequence[str], simulation: "Simulation", seed: int) -> bool:
-        """Put emulated drives of these robots into a simulation; False where the drives are real."""
-        if self.emulate:
-            from vrg.hal.can.workshop.emulation import attach_drives  # noqa: PLC0415 - real drives need no workshop
-
-            attach_drives(self, robots, simulation, seed)
-        return self.emulate
-
-    def as_wired(self, robot: str, drivetrain: Drivetrain, base: Path) -> Drivetrain:
-        """See `BackendSettings.as_wired`."""
-        return self.robots[robot].as_wired(drivetrain, base)
-
-    def companions(self, robots: Sequence[str]) -> list[Companion]:
-        """The emulated drives of these robots, one process for each bus."""
-        if not self.emulate:
-            return []
-        from vrg.hal.can.workshop.emulation import processes_of  # noqa: PLC0415
-
-        return processes_of(self, robots)
 
 
 def can_settings(table: Mapping[str, Any]) -> CanSettings:

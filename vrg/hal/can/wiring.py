@@ -2,18 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from vrg.errors import ConfigError
 from vrg.hal.can.base import WheelAxis
-from vrg.hal.can.calibration import Calibration, load_calibration
+from vrg.hal.can.calibration import Calibration
 from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.link import AdapterValue, known_interface
 from vrg.hal.can.protocols import PROTOCOLS
-from vrg.hal.models.drivetrain import Drivetrain
 from vrg.tables import Table
 
 InterfaceName = Annotated[str, AfterValidator(known_interface)]
@@ -145,27 +143,3 @@ class RobotWiring(Table):
                     axis = replace(axis, direction=own.direction, ratio=own.ratio, serial=own.serial)
                 axes.append(axis)
         return axes
-
-    def as_wired(self, drivetrain: Drivetrain, base: Path) -> Drivetrain:
-        """The drivetrain whose speeds are those of its axes as wired here; see `BackendSettings.as_wired`."""
-        if not self.calibration or "ratio" not in self.model_fields_set:
-            return drivetrain  # of wheels whose ratio is not in the file nothing but the calibration is known
-        found = load_calibration(base / self.calibration, self.nodes)
-        axes = self.wheel_axes(drivetrain.axes, found)
-        ratios = [
-            [
-                axis.ratio * axis.direction * (-1 if axis.node in self.reversed else 1)
-                for axis in axes
-                if axis.axis == number
-            ]
-            for number in range(len(drivetrain.axes))
-        ]
-        rates = zip(drivetrain.with_track(found.track).rates, ratios, strict=True)
-        return replace(
-            drivetrain,
-            rates=tuple(
-                (ahead * scale, turn * scale, side * scale)
-                for (ahead, turn, side), own in rates
-                for scale in [sum(own) / len(own) / self.ratio]
-            ),
-        )

@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors import png
-from vrg.hal.sensors.depiction import Picture
+from vrg.hal.sensors.depiction import Image
 from vrg.hal.sensors.spec import Rate, SensorSpec
 from vrg.types import Metres
 
@@ -86,7 +86,7 @@ class CameraSpec(SensorSpec):
     message = Camera
     simulation = "vrg.hal.sim.sensors.camera:CameraSimulation"
     synthesised = True
-    depiction = Picture
+    depiction = Image
 
     x: Metres
     height: Metres
@@ -96,6 +96,6 @@ class CameraSpec(SensorSpec):
     rows: PixelCount = 240
     rate: Rate = 2.0
 
-    def depict(self, reading: Camera) -> Picture:
+    def depict(self, reading: Camera) -> Image:
         """The picture."""
-        return Picture(reading.data)
+        return Image(reading.data)

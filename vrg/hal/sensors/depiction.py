@@ -74,8 +74,8 @@ class Ticks:
 
 
 @dataclass(frozen=True)
-class Picture:
-    """A picture. png: its file, PNG, RGB with 8 bits a channel."""
+class Image:
+    """An image of a camera. png: its file, PNG, RGB with 8 bits a channel."""
 
     png: bytes
 
@@ -88,5 +88,5 @@ class Place:
     longitude: float | None
 
 
-Depiction = Rays | Cones | Ticks | Picture | Place
+Depiction = Rays | Cones | Ticks | Image | Place
 """A measurement of a sensor, in one of the forms that windows and viewers draw."""

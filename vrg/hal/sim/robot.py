@@ -31,7 +31,7 @@ _EPS = 1e-9
 Floats = npt.NDArray[np.float64]
 
 
-class Rest:
+class RestTimer:
     """The match time since which a body has been at rest without a break."""
 
     def __init__(self) -> None:
@@ -76,7 +76,7 @@ class VirtualRobot:
         self._later: deque[tuple[float, Twist]] = deque()
         """The motions that it has not acted on yet, and when it will, s."""
         self._wanted = STILL
-        self._rest = Rest()
+        self._rest = RestTimer()
         self._stands: float | None = None
         """The match time since which its wheels are held or commanded to stand, s; None while they turn."""
 
@@ -168,7 +168,7 @@ class Ghost:
         self._pose = pose
         self._stamp = self._seen = stamp
         self._twist = STILL
-        self._rest = Rest()
+        self._rest = RestTimer()
         self.uncertainty: Uncertainty | None = None
 
     def measure(self, measured: MeasuredPose, stamp: float, now: float) -> None:

@@ -48,11 +48,15 @@ def player_node(
         options=setup.backends.get(player.backend, {}),
         base=Path(setup.base),
         now=lambda: mailbox.now,
-        medium=medium,
         keys=keys,
         mailbox=mailbox,
     )
-    driver = open_driver(player.backend, context)
+    if medium is None:
+        driver = open_driver(player.backend, context)
+    else:
+        from vrg.hal.can.driver import open_on  # noqa: PLC0415 - no other robot needs it
+
+        driver = open_on(medium, player.backend, context)
     clock = REAL_CLOCK if medium is None else medium.clock
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation, clock=clock)
     radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio.settings, setup.draw(radio_seed(name))))

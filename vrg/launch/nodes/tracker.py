@@ -32,10 +32,11 @@ def tracker_node(setup: MatchSetup, name: str) -> Node:
         robots={player.name: player.robot for player in setup.fused},
         starts={player.name: player.pose for player in setup.fused},
         emulated={
-            robot: table.as_wired(robot, setup.player(robot).robot.drivetrain, Path(setup.base))
+            robot: emulation.as_wired(robot, setup.player(robot).robot.drivetrain, Path(setup.base))
             for _, table, robots in setup.backend_settings()
+            if (emulation := table.emulation) is not None
             for robot in robots
-            if table.emulated and setup.player(robot) in setup.fused
+            if setup.player(robot) in setup.fused
         },
         seed=setup.draw(source_seed(name)),
         base=Path(setup.base),

@@ -11,14 +11,14 @@ import vrg
 from vrg.config.code_files import imported, readable_parts
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.games import file_of
-from vrg.launch.sandbox.policy import Policy, files
+from vrg.launch.sandbox.policy import SealPolicy, files
 from vrg.registry import plugin_packages
 from vrg.runs.run_folder import RunFolder
 
 
 def policy_of(
     setup: MatchSetup, name: str, *, run: RunFolder, keys: Path | None = None, pinned: bool = False
-) -> Policy:
+) -> SealPolicy:
     """The policy of the process in which a player's strategy decides.
 
     Args:
@@ -51,7 +51,7 @@ def policy_of(
         folder=folder,
         entries=entries_of,
     )
-    return Policy(files=allowed, folder=folder, memory=setup.memory, core=player.number if pinned else None)
+    return SealPolicy(files=allowed, folder=folder, memory=setup.memory, core=player.number if pinned else None)
 
 
 def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:

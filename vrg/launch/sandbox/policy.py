@@ -20,7 +20,7 @@ class Access(Flag):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Policy:
+class SealPolicy:
     """The files and ports that a sealed process may reach.
 
     Args:

@@ -15,7 +15,7 @@ from pathlib import Path
 from vrg.errors import SandboxError
 from vrg.launch.sandbox import landlock
 from vrg.launch.sandbox.bpf import program_bytes
-from vrg.launch.sandbox.policy import Policy
+from vrg.launch.sandbox.policy import SealPolicy
 from vrg.launch.sandbox.seccomp import SyscallRule, program, rules
 from vrg.launch.sandbox.syscalls import ARCHITECTURES
 from vrg.launch.sandbox.variables import kept_in_sandbox
@@ -71,7 +71,7 @@ def check_able() -> None:
         raise SandboxError(f"{lacking}: {_WHAT_TO_DO}")
 
 
-def seal(policy: Policy) -> None:
+def seal(policy: SealPolicy) -> None:
     """Seal this process. The folder of the policy is made if it is missing.
 
     Raises:
@@ -119,7 +119,7 @@ def _use_folder(folder: Path) -> None:
     sys.dont_write_bytecode = True
 
 
-def _bound(policy: Policy) -> None:
+def _bound(policy: SealPolicy) -> None:
     """Bound its resources. These bounds cannot be raised again: capabilities are dropped afterwards."""
     lower_limits(policy.memory + OWN_MEMORY, {resource.RLIMIT_STACK: STACK})
     if policy.core is not None:

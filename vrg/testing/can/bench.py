@@ -104,11 +104,8 @@ class CanBench(DriverBench):
         self.clock = Lab.simulation.clock
         self.wire = Lab.simulation.wire(link)
         options = settings(protocol, left, right, link, **wiring)
-        self.driver = CanDriver(
-            DriverContext(
-                name="r", model=robot_model("P2AT"), options=options, now=self.clock.now, medium=Lab.simulation
-            )
-        )
+        context = DriverContext(name="r", model=robot_model("P2AT"), options=options, now=self.clock.now)
+        self.driver = CanDriver(context, Lab.simulation)
 
     def __enter__(self) -> Self:
         return self

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from vrg.testing.processes.match import Match
+from vrg.testing.processes.match import LiveMatch
 
 
 class Arena:
@@ -19,22 +19,22 @@ class Arena:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._numbers = itertools.count(1)
-        self._shared: Match | None = None
+        self._shared: LiveMatch | None = None
         self._text = ""
 
-    def shared(self, text: str) -> Match:
+    def shared(self, text: str) -> LiveMatch:
         """A long match in play that tests use one after the other; another one where the last test spoilt it."""
         if self._shared is None or self._text != text or not self._shared.healthy:
             self.clear()
             self._shared, self._text = self.start(text), text
         return self._shared
 
-    def start(self, text: str, **options: object) -> Match:
+    def start(self, text: str, **options: object) -> LiveMatch:
         """A match of its own; the caller closes it."""
         self.clear()
         folder = self._folder / f"match{next(self._numbers)}"
         folder.mkdir()
-        return Match(folder, text, **options).__enter__()  # type: ignore[arg-type]
+        return LiveMatch(folder, text, **options).__enter__()  # type: ignore[arg-type]
 
     def clear(self) -> None:
         """End the shared match, if there is one; no process of it is left."""
@@ -52,11 +52,11 @@ def arena(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arena]:
 
 
 @pytest.fixture
-def start(arena: Arena) -> Iterator[Callable[..., Match]]:
+def start(arena: Arena) -> Iterator[Callable[..., LiveMatch]]:
     """Starts a match for one test alone; no process of it is left at the end."""
     with contextlib.ExitStack() as stack:
 
-        def make(text: str, **options: object) -> Match:
+        def make(text: str, **options: object) -> LiveMatch:
             running = arena.start(text, **options)
             stack.callback(running.close)
             return running

@@ -117,7 +117,7 @@ class LauncherEndedError(AssertionError):
     """The launcher has ended although the test waits for something in the match."""
 
 
-class Match:
+class LiveMatch:
     """A match that `vrg play` runs as processes; a context manager that leaves none of them behind.
 
     Args:
@@ -176,7 +176,7 @@ class Match:
         self._resources = contextlib.ExitStack()
         self._closed = False
 
-    def __enter__(self) -> "Match":
+    def __enter__(self) -> "LiveMatch":
         try:
             self._connect()
         except BaseException:
@@ -256,7 +256,7 @@ class Match:
         self.observer.wait_until(lambda: self.observer.state.halted, "a halt")
         self.go_on()
 
-    def go_on(self, *beside: "Match") -> None:
+    def go_on(self, *beside: "LiveMatch") -> None:
         """Wait until play goes on and everybody moves who may; whatever halts it, an official resumes it in time.
 
         Args:

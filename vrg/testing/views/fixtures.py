@@ -26,7 +26,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recording") / "match.mcap"
     keys = Keys("test")
     recorder = Recorder("recorder", Mailbox(), keys, path)
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     for tick in range(400):
         match.step(recorder, tick / 10, tick)
     recorder.stop()

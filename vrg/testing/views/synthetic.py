@@ -187,7 +187,7 @@ def scene_at(
 
 
 @dataclass(frozen=True)
-class Match:
+class SyntheticMatch:
     """Says it all on a mailbox, as an executor would."""
 
     keys: Keys

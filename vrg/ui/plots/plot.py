@@ -185,7 +185,7 @@ def _turned(region: Region) -> Region:
 
 
 def _draw_part(
-    axes: Axes, shown: Plotted, part: "Part", calls: Sequence[tuple[RecordedCall, Moment, str]], metre: float
+    axes: Axes, shown: Plotted, part: "MatchPart", calls: Sequence[tuple[RecordedCall, Moment, str]], metre: float
 ) -> None:
     """Draw a panel; `calls` are those of it that are marked, with the words beside them."""
     here, colours = shown.zones.get(part.round, ()), _colours(shown.tracks, part, shown.game)
@@ -222,7 +222,7 @@ def _moments(game: Game, calls: Sequence[RecordedCall]) -> Mapping[str, Moment]:
 
 
 @dataclass(frozen=True)
-class Part:
+class MatchPart:
     """The part of a match that a panel shows.
 
     Args:
@@ -246,7 +246,7 @@ class Part:
         return in_round and (not self.words or self.begin - _NEARLY < call.time <= self.end + _NEARLY)
 
 
-def _parts(tracks: Mapping[str, RobotPoses]) -> list[Part]:
+def _parts(tracks: Mapping[str, RobotPoses]) -> list[MatchPart]:
     """The parts of the match, each of at most PART seconds where that makes no more than MAX_PANELS of them."""
     played = {int(n) for track in tracks.values() for n in np.unique(track.rounds[track.playing])}
     clocks = {number: _clock(tracks, number) for number in sorted(played) or [0]}
@@ -259,7 +259,7 @@ def _parts(tracks: Mapping[str, RobotPoses]) -> list[Part]:
             since, until = index * step, (index + 1) * step
             words = f", {clock_text(since)} to {clock_text(until)}" if count > 1 else ""
             begin, end = (float(np.interp(at, clock, times)) for at in (since, until))
-            parts.append(Part(number, begin, math.inf if index == count - 1 else end, words))
+            parts.append(MatchPart(number, begin, math.inf if index == count - 1 else end, words))
     return parts
 
 
@@ -302,7 +302,7 @@ def _clock(tracks: Mapping[str, RobotPoses], number: int) -> tuple[npt.NDArray[n
     return times, np.cumsum(np.where(steps > HALT, 0.0, steps))
 
 
-def _draw_track(axes: Axes, track: RobotPoses, part: Part, colour: Colour, labels: Labels, game: Game) -> None:
+def _draw_track(axes: Axes, track: RobotPoses, part: MatchPart, colour: Colour, labels: Labels, game: Game) -> None:
     keep = np.flatnonzero(part.shows(track))
     if not keep.size:
         return
@@ -352,10 +352,10 @@ def _listed(number: int, words: str) -> Line2D:
 
 
 def _legend(
-    tracks: Mapping[str, RobotPoses], parts: Sequence[Part], calls: Sequence[RecordedCall], game: Game
+    tracks: Mapping[str, RobotPoses], parts: Sequence[MatchPart], calls: Sequence[RecordedCall], game: Game
 ) -> Iterator[Line2D]:
     both = {track.physical for track in tracks.values()} == {True, False}
-    whole = Part(0, -math.inf, math.inf)
+    whole = MatchPart(0, -math.inf, math.inf)
     for name, colour in _colours(tracks, whole, game).items():
         track = tracks[name]
         roles = list(dict.fromkeys(role for role, playing in zip(track.roles, track.playing, strict=True) if playing))
@@ -382,7 +382,7 @@ def _legend(
             )  # fmt: skip
 
 
-def _last_sample(track: RobotPoses, part: Part, shown: int) -> int:
+def _last_sample(track: RobotPoses, part: MatchPart, shown: int) -> int:
     """The last sample of a part: the tag that ends a round is known only after the last sample of play."""
     if not math.isinf(part.end):
         return shown
@@ -390,12 +390,12 @@ def _last_sample(track: RobotPoses, part: Part, shown: int) -> int:
     return int(of_round[-1]) if of_round.size else shown
 
 
-def _colours(tracks: Mapping[str, RobotPoses], part: Part, game: Game) -> dict[str, Colour]:
+def _colours(tracks: Mapping[str, RobotPoses], part: MatchPart, game: Game) -> dict[str, Colour]:
     """The colour of each player in a panel: that of the role in which it begins there, in a shade of its own.
 
     The shade is by its place among those that began the match in its role, so it is the same in all panels.
     """
-    whole = Part(0, -math.inf, math.inf)
+    whole = MatchPart(0, -math.inf, math.inf)
     first = {name: _first_role(track, whole) for name, track in tracks.items()}
     found = {}
     for name, track in tracks.items():
@@ -406,7 +406,7 @@ def _colours(tracks: Mapping[str, RobotPoses], part: Part, game: Game) -> dict[s
     return found
 
 
-def _first_role(track: RobotPoses, part: Part) -> str:
+def _first_role(track: RobotPoses, part: MatchPart) -> str:
     """The role in which a player begins a part; empty if it is not in it."""
     shown = np.flatnonzero(part.shows(track))
     return track.roles[int(shown[0])] if shown.size else ""

@@ -21,7 +21,7 @@ from vrg.ui.scene import Scene
 from vrg.ui.web import parts
 from vrg.ui.web.drawers import Content
 from vrg.ui.web.gallery import PRIVATE
-from vrg.ui.web.requests import Command, Decision, Inspect, PageButton, Wishes
+from vrg.ui.web.requests import ButtonPress, Inspect, PageButton, PageDrive, Wishes
 
 log = logging.getLogger(__name__)
 
@@ -223,7 +223,7 @@ class WebNode(Node):
                 # Once: on a slow connection the answer to a later command would meet hands that were free meanwhile.
                 self._release(command, LET_GO)
 
-    def _drive(self, command: Command) -> None:
+    def _drive(self, command: PageDrive) -> None:
         player = command.player
         driving = self._driven.setdefault(player, Driving(self.mailbox, self._keys))
         status = self._scene.player(player)
@@ -233,7 +233,7 @@ class WebNode(Node):
             driving.take(player)
             driving.command(command.forward, command.turn, self._scene.rate)
 
-    def _release(self, command: Command, words: str) -> None:
+    def _release(self, command: PageDrive, words: str) -> None:
         self._held[command.player] = command.guest
         self._audience.tell(command.guest, words.format(command.player), released=True)
 
@@ -241,7 +241,7 @@ class WebNode(Node):
         if player in self._driven:
             self._driven[player].give_back()
 
-    def _decide(self, decision: Decision) -> None:
+    def _decide(self, decision: ButtonPress) -> None:
         log.info("%s asks for: %s", decision.by, decision.what)
         if decision.what is PageButton.ESTOP:
             self.mailbox.publish(self._keys.estop, Estop(by=decision.by))

@@ -54,7 +54,7 @@ class Ack(_Request, frozen=True, tag="ack", kw_only=True):
     count: Annotated[int, Meta(ge=0)]
 
 
-class Drive(_Request, frozen=True, tag="drive", kw_only=True):
+class DriveRequest(_Request, frozen=True, tag="drive", kw_only=True):
     """A driving command, which the page repeats as long as it holds.
 
     Args:
@@ -92,7 +92,7 @@ class Inspect(_Request, frozen=True, tag="inspect", kw_only=True):
         return f"{self.drawer}/{self.player}"
 
 
-Request = Hello | Ack | Drive | GiveBack | Pressed | Inspect
+Request = Hello | Ack | DriveRequest | GiveBack | Pressed | Inspect
 _DECODER: Final = msgspec.json.Decoder(Request)
 
 
@@ -114,7 +114,7 @@ def read_request(text: str) -> Request:
 def refusal(role: VisitorRole, request: Request) -> str:
     """Why a role may not ask for this, in words; empty if it may."""
     match request:
-        case Drive() | GiveBack() if role.kind is not VisitorKind.SEAT:
+        case DriveRequest() | GiveBack() if role.kind is not VisitorKind.SEAT:
             return "driving needs the link of a player's seat, with its token"
         case Pressed(what=PageButton.ESTOP) if role.kind is VisitorKind.VIEWER:
             return "the emergency stop needs the link of an official or of a player's seat, with its token"
@@ -127,8 +127,8 @@ def refusal(role: VisitorRole, request: Request) -> str:
 
 
 @dataclass(frozen=True)
-class Command:
-    """A person at a page, the guest of this number, drives a player; `forward` and `turn` are as in `Drive`."""
+class PageDrive:
+    """A person at a page, the guest of this number, drives a player; `forward` and `turn` are as in `DriveRequest`."""
 
     guest: int
     player: str
@@ -137,7 +137,7 @@ class Command:
 
 
 @dataclass(frozen=True)
-class Decision:
+class ButtonPress:
     """A person at a page has pressed a button.
 
     Args:
@@ -160,6 +160,6 @@ class Wishes:
         decisions: in their order.
     """
 
-    commands: tuple[Command, ...] = ()
+    commands: tuple[PageDrive, ...] = ()
     given_back: tuple[str, ...] = ()
-    decisions: tuple[Decision, ...] = ()
+    decisions: tuple[ButtonPress, ...] = ()

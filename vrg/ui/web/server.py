@@ -24,12 +24,12 @@ from vrg.ui.web.parts import encode, welcome
 from vrg.ui.web.requests import (
     REQUEST_LIMIT,
     Ack,
-    Command,
-    Decision,
-    Drive,
+    ButtonPress,
+    DriveRequest,
     GiveBack,
     Hello,
     Inspect,
+    PageDrive,
     Pressed,
     Request,
     Wishes,
@@ -97,9 +97,9 @@ class WebServer(Site):
         self._guests: dict[int, _Guest] = {}
         self._numbers = 0
         self._lock = threading.Lock()
-        self._commands: dict[str, Command] = {}
+        self._commands: dict[str, PageDrive] = {}
         self._given_back: dict[str, None] = {}
-        self._decisions: list[Decision] = []
+        self._decisions: list[ButtonPress] = []
         self._refused = 0
         self._inspected: frozenset[Inspect] = frozenset()
 
@@ -300,9 +300,9 @@ class WebServer(Site):
             case Ack(count=count):
                 guest.shown = max(guest.shown, min(count, guest.sent))
                 guest.news.set()
-            case Drive(forward=forward, turn=turn):
+            case DriveRequest(forward=forward, turn=turn):
                 with self._lock:
-                    self._commands[role.player] = Command(guest.number, role.player, forward, turn)
+                    self._commands[role.player] = PageDrive(guest.number, role.player, forward, turn)
             case GiveBack():
                 self._leave_seat(role)
             case Inspect(drawer=drawer):
@@ -313,7 +313,7 @@ class WebServer(Site):
                 with self._lock:
                     waiting = len(self._decisions)
                     if waiting < DECISIONS_LIMIT:
-                        self._decisions.append(Decision(guest.number, role.words, what, player))
+                        self._decisions.append(ButtonPress(guest.number, role.words, what, player))
                 if waiting >= DECISIONS_LIMIT:
                     guest.tell({"t": "notice", "text": "The match has not taken in what was asked before: wait."})
             case Hello():

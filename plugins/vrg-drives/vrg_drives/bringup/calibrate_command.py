@@ -68,8 +68,8 @@ def calibrate(
     train = DriveTrain(player, drives.medium(), link, spoken, axes, model, options=own_options, unwatched=unwatched)
     plan = calibrating.Plan(speed=speed or 0.2, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
-    if settings.emulate:
-        (emulated,) = settings.companions([player])
+    if (emulation := settings.emulation) is not None:
+        (emulated,) = emulation.companions([player])
         typer.echo(f"(Its drives are emulated: `vrg {' '.join(emulated.arguments)}` must run.)")
     train.connect()
     try:

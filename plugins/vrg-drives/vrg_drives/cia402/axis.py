@@ -16,7 +16,7 @@ from collections.abc import Mapping
 
 from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame, FrameError
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg_drives.cia402 import codec
 from vrg_drives.cia402.codec import Control, DriveState, Function, Nmt, NmtCommand, Object
 from vrg_drives.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO_CODES, describe_error
@@ -45,7 +45,7 @@ class Cia402Axis(Axis):
     options: Cia402Options
     options_type = Cia402Options
 
-    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int, send: Send, clock: MonotonicClock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self._sdo = SdoClient(node, send, clock)
         self._interview = Interview(self._sdo, round(HEARTBEAT * 1000), self.options, clock)

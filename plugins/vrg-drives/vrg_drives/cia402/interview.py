@@ -1,6 +1,6 @@
 """Questions to a drive before it is set up: can it do what is wanted, and in which units does it report?"""
 
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg_drives.cia402.codec import PROFILE, SERIAL_NUMBER, SUPPORTS_PROFILE_VELOCITY, Object
 from vrg_drives.cia402.sdo import NoAnswerError, SdoClient
 from vrg_drives.cia402.units import Cia402Options, Units, units
@@ -27,7 +27,7 @@ class Interview:
         clock: the time by which answers are waited for.
     """
 
-    def __init__(self, sdo: SdoClient, heartbeat: int, options: Cia402Options, clock: Clock) -> None:
+    def __init__(self, sdo: SdoClient, heartbeat: int, options: Cia402Options, clock: MonotonicClock) -> None:
         self._sdo = sdo
         self._clock = clock
         self._options = options

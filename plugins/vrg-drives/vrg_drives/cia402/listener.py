@@ -8,7 +8,7 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import AxisReport, Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg_drives.cia402 import codec
 from vrg_drives.cia402.codec import Control, Function, Nmt, NmtCommand, Object
 from vrg_drives.cia402.errors import describe_error
@@ -57,7 +57,7 @@ class CanopenNode(AxisReport):
         network: its state in the network; None while no heartbeat has been heard.
     """
 
-    def __init__(self, node: int, send: Send, clock: Clock) -> None:
+    def __init__(self, node: int, send: Send, clock: MonotonicClock) -> None:
         super().__init__(node)
         self.network: int | None = None
         self._send, self._clock = send, clock
@@ -148,7 +148,7 @@ class CanopenListener(Listener[CanopenNode]):
     title = "CANopen"
     node_type = CanopenNode
 
-    def __init__(self, send: Send, clock: Clock) -> None:
+    def __init__(self, send: Send, clock: MonotonicClock) -> None:
         super().__init__(send, clock)
         self._greetings = 0
         self._speaks_at = clock.now() + _LISTEN

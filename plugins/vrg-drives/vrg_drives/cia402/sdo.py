@@ -12,7 +12,7 @@ from canopen.sdo.client import SdoClient as CanopenClient
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg_drives.cia402.codec import SERIAL_NUMBER, Function, Object
 
 # canopen logs the errors that it raises as well.
@@ -50,7 +50,7 @@ class SdoClient(CanopenClient):
 
     RESPONSE_TIMEOUT = 0.0
 
-    def __init__(self, node: int, send: Callable[[Frame], None], clock: Clock) -> None:
+    def __init__(self, node: int, send: Callable[[Frame], None], clock: MonotonicClock) -> None:
         super().__init__(Function.SDO_REQUEST | node, Function.SDO_ANSWER | node, ObjectDictionary())  # type: ignore[no-untyped-call]
         self.serials: set[int] = set()
         self.serial_answers = 0

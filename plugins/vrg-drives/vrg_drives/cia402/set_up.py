@@ -8,7 +8,7 @@ import canopen
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg_drives.cia402 import codec
 from vrg_drives.cia402.codec import Control, Function, NmtCommand, Object, Pdo
@@ -50,7 +50,13 @@ class SetUp:
     """
 
     def __init__(
-        self, node: int, sdo: SdoClient, send: Callable[[Frame], None], clock: Clock, *, unwatched: bool = False
+        self,
+        node: int,
+        sdo: SdoClient,
+        send: Callable[[Frame], None],
+        clock: MonotonicClock,
+        *,
+        unwatched: bool = False,
     ) -> None:
         self._node = node
         self._clock = clock

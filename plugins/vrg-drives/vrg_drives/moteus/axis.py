@@ -12,7 +12,7 @@ from pydantic import Field
 from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import EXTENDED_MASK, Filter, Frame, FrameError
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg_drives.moteus import codec
 from vrg_drives.moteus.codec import Console, Resolution, Subframe, SubframeKind
@@ -105,7 +105,7 @@ class MoteusAxis(Axis):
     options: MoteusOptions
     options_type = MoteusOptions
 
-    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int, send: Send, clock: MonotonicClock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self.wrap = WRAP
         self._map: int | None = None

@@ -12,7 +12,7 @@ from pydantic import Field
 from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.plausibility import was_restarted
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg_drives.vesc import codec
 from vrg_drives.vesc.codec import Comm, Packet, describe_fault
 
@@ -67,7 +67,7 @@ class VescAxis(Axis):
     options: VescOptions
     options_type = VescOptions
 
-    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int, send: Send, clock: MonotonicClock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self._pairs = self.options.pole_pairs or 1
         self.wrap = 2**32 / (codec.TACHO_STEPS * self._pairs)

@@ -16,7 +16,7 @@ from vrg.hal.can.frame import CLASSIC_BYTES, Frame, FrameError
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg_drives.vesc import codec
 from vrg_drives.vesc.axis import MIN_ERPM, OLDEST, VescAxis, VescOptions
 from vrg_drives.vesc.codec import DRV, Comm, Firmware, Packet, Status, Status5
@@ -179,7 +179,7 @@ class VescListener(Listener[VescAxis]):
 
     node_type = VescNode
 
-    def __init__(self, send: Send, clock: Clock) -> None:
+    def __init__(self, send: Send, clock: MonotonicClock) -> None:
         super().__init__(send, clock)
         self._host = codec.own_id(os.getpid())
 

@@ -47,10 +47,8 @@ class Robot:
         }
         table = {"interface": "virtual", "channel": LINK.channel, "protocol": self.protocol, "robots": {"r": wiring}}
         clock = self.simulation.clock
-        context = DriverContext(
-            name="r", model=robot_model("P2AT"), options=table, now=clock.now, medium=self.simulation
-        )
-        self.driver = CanDriver(context)
+        context = DriverContext(name="r", model=robot_model("P2AT"), options=table, now=clock.now)
+        self.driver = CanDriver(context, self.simulation)
         self.device = Device(self.driver, KEYS, self.mailbox, start=Pose(0.0, 0.0, 0.0), clock=clock)
 
     @property

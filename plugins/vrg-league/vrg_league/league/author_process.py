@@ -19,7 +19,7 @@ import msgspec
 import psutil
 
 from vrg.launch.sandbox import landlock
-from vrg.launch.sandbox.policy import Access, Policy
+from vrg.launch.sandbox.policy import Access, SealPolicy
 from vrg.launch.sandbox.seal import drop_capabilities, filter_calls, lower_limits, missing, step_back
 from vrg.launch.sandbox.seccomp import FAST_OPEN, ArgumentCheck, SyscallRule, rules
 
@@ -64,7 +64,7 @@ def refused() -> list[SyscallRule]:
     ]
 
 
-def packed(policy: Policy) -> str:
+def packed(policy: SealPolicy) -> str:
     """The files, the ports and the memory of a policy, as a text."""
     files = [(str(path), access.value) for path, access in policy.files]
     return msgspec.json.encode((files, policy.ports, policy.memory)).decode()

@@ -25,7 +25,7 @@ from pydantic import Field, ValidationError
 from vrg.errors import ConfigError
 from vrg.files import read_text, toml_of, write_whole
 from vrg.launch.sandbox.player import entries_of, libraries
-from vrg.launch.sandbox.policy import Access, Policy, files
+from vrg.launch.sandbox.policy import Access, SealPolicy, files
 from vrg.runs.run_folder import delete
 from vrg.tables import Table, problems_of
 from vrg.toml_text import without
@@ -240,7 +240,7 @@ def _run(author: Author, base: Path, folder: Path, entries: Path, stopped: Calla
     if ports:
         reads += _CA_CERTIFICATES
         ports = (*ports, _DNS_PORT)
-    policy = Policy(
+    policy = SealPolicy(
         files=(
             *files(
                 own=[], libraries=known, hidden=[entries.resolve(), folder.parents[1], base.resolve()], folder=folder,

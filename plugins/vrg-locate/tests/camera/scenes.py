@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from vrg.types import Pose
 from vrg_locate.camera import cv2
-from vrg_locate.camera.detection import CELLS, Picture, tag_cells
+from vrg_locate.camera.detection import CELLS, tag_cells
 from vrg_locate.camera.field import FieldView, Place
-from vrg_locate.camera.lens import Board, Lens, board_picture
+from vrg_locate.camera.lens import Board, Lens, Picture, board_picture
 
 SIZE = (1280, 720)
 CELL = 24

@@ -13,7 +13,7 @@ from vrg_locate import stream
 from vrg_locate.camera import capture, cv2
 from vrg_locate.camera.capture import PictureStream, TagStream
 from vrg_locate.camera.detection import Tag
-from vrg_locate.camera.readers import Frame, Reader, VideoReader, Wanted, open_reader, read_picture
+from vrg_locate.camera.readers import CameraFrame, Reader, VideoReader, Wanted, open_reader, read_picture
 
 
 class Fake:
@@ -25,7 +25,7 @@ class Fake:
         self.do = "work"
         self.taken = self.closed = 0
 
-    def read(self) -> Frame | None:
+    def read(self) -> CameraFrame | None:
         time.sleep(0.005)
         if self.do == "stop":
             return None
@@ -33,7 +33,7 @@ class Fake:
             time.sleep(0.005)
         if self.do != "freeze":
             self.taken += 1
-        return Frame(np.full((4, 4), self.taken % 256, np.uint8), time.monotonic())
+        return CameraFrame(np.full((4, 4), self.taken % 256, np.uint8), time.monotonic())
 
     def close(self) -> None:
         self.closed += 1
@@ -197,7 +197,7 @@ def test_a_picture_is_as_old_as_linux_says(monkeypatch: pytest.MonkeyPatch, age:
 def test_no_more_pictures_are_looked_at_than_wanted(rate: float, expected: int) -> None:
     watch = TagStream(Fake, rate)
     rng = np.random.default_rng(1)
-    due = [watch._is_due(Frame(np.zeros((2, 2), np.uint8), n / 30 + rng.uniform(0, 0.01))) for n in range(300)]
+    due = [watch._is_due(CameraFrame(np.zeros((2, 2), np.uint8), n / 30 + rng.uniform(0, 0.01))) for n in range(300)]
     assert sum(due) == pytest.approx(10 * expected, abs=8)
 
 

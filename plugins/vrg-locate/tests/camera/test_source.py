@@ -23,7 +23,7 @@ from vrg.types import Pose
 from vrg_locate.camera import cv2
 from vrg_locate.camera import source as module
 from vrg_locate.camera.calibration import CameraFile, FloorTag, LensTable, PlaceTable, camera_text
-from vrg_locate.camera.capture import Sighting
+from vrg_locate.camera.capture import TagSighting
 from vrg_locate.camera.detection import Tag
 from vrg_locate.camera.field import FieldView
 from vrg_locate.camera.source import CameraSource
@@ -49,7 +49,7 @@ class Bench(SourceBench):
         self.watch = self.node._stream
 
     def shows(self, *tags: Tag, ago: float = 0.05, size: tuple[int, int] = LENS.size) -> None:
-        self.watch.shown.append(Sighting(self.now - ago, sorted(tags, key=lambda tag: tag.number), size))
+        self.watch.shown.append(TagSighting(self.now - ago, sorted(tags, key=lambda tag: tag.number), size))
 
 
 @pytest.fixture

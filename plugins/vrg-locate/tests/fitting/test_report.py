@@ -11,7 +11,7 @@ from vrg.localisation.motion import corrected
 from vrg.types import STILL, Pose, Twist
 from vrg_locate.fitting.likeness import GROUPS, SPAN
 from vrg_locate.fitting.report import findings
-from vrg_locate.fitting.response import Run, followed
+from vrg_locate.fitting.response import AxisRun, followed
 from vrg_locate.fitting.runs import HELD, axis_runs, held, unbroken
 
 MODEL = robot_model("P2AT")
@@ -27,7 +27,7 @@ def drive(
     commands = [(time, Twist(v, 0.8 * w)) for (time, v), w in zip(commanded(seconds), turns, strict=True)]
     times = [0.1 * n + 0.03 for n in range(int(10 * seconds))]
     rims = [
-        followed(SLOW, Run([(t, train.speeds(twist)[axis] * radius) for t, twist in commands], times, ()))
+        followed(SLOW, AxisRun([(t, train.speeds(twist)[axis] * radius) for t, twist in commands], times, ()))
         for axis in (0, 1)
     ]
     pose = true = Pose(1.0, 2.0, 0.5)

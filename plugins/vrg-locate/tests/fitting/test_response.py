@@ -14,7 +14,7 @@ from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose, Twist
-from vrg_locate.fitting.response import PARAMETERS, Response, Run, fit, followed
+from vrg_locate.fitting.response import PARAMETERS, AxisRun, Response, fit, followed
 
 rates, speeds = st.floats(0.1, 3.0), st.floats(-1.0, 1.0)
 responses = st.builds(
@@ -58,12 +58,12 @@ def commanded(seconds: float, seed: int = 0) -> list[tuple[float, float]]:
     return found
 
 
-def driven(own: Response, seconds: float, seed: int = 0, noise: float = 0.0002) -> Run:
+def driven(own: Response, seconds: float, seed: int = 0, noise: float = 0.0002) -> AxisRun:
     """A run of an axis with that response, read out ten times a second with errors."""
     commands = commanded(seconds, seed)
     times = [0.1 * n + 0.03 for n in range(int(10 * seconds))]
-    ways = np.concatenate(([0.0], np.cumsum(followed(own, Run(commands, times, ())))))
-    return Run(commands, times, (ways + np.random.default_rng(seed).normal(0.0, noise, len(ways))).tolist())
+    ways = np.concatenate(([0.0], np.cumsum(followed(own, AxisRun(commands, times, ())))))
+    return AxisRun(commands, times, (ways + np.random.default_rng(seed).normal(0.0, noise, len(ways))).tolist())
 
 
 def test_the_response_of_the_model_is_that_of_the_simulation() -> None:
@@ -77,7 +77,7 @@ def test_the_response_of_the_model_is_that_of_the_simulation() -> None:
         engine.step(0.02)
         ways.append(float(engine.poses[0, 0]))
     times = [0.02 * n for n in range(1001)]
-    assert np.cumsum(followed(Response.of(model), Run(commands, times, ()))) == pytest.approx(ways, abs=0.03)
+    assert np.cumsum(followed(Response.of(model), AxisRun(commands, times, ()))) == pytest.approx(ways, abs=0.03)
 
 
 def test_the_numbers_of_a_response_are_found() -> None:
@@ -119,4 +119,4 @@ def test_a_motion_that_is_too_short_is_refused() -> None:
 def test_a_robot_that_stands_tells_nothing() -> None:
     times = [0.1 * n for n in range(300)]
     with pytest.raises(ValueError, match="expected a robot that is commanded to move"):
-        fit([Run([(0.0, 0.0)], times, [0.0] * 300)], SLOW)
+        fit([AxisRun([(0.0, 0.0)], times, [0.0] * 300)], SLOW)

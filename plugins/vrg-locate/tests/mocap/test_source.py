@@ -17,7 +17,7 @@ from vrg.testing.sources import HERE, FakeFeed, SourceBench
 from vrg.testing.waiting import wait_until
 from vrg.types import Pose
 from vrg_locate.mocap import source as module
-from vrg_locate.mocap.frames import Body, Frame
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame
 from vrg_locate.mocap.source import MocapSource
 
 TABLE = {
@@ -39,8 +39,8 @@ class Bench(SourceBench):
         super().__init__(MocapSource, table, "hall", *robots)
         self.stream = self.node._stream
 
-    def shows(self, *bodies: Body, ago: float = 0.01) -> None:
-        self.stream.shown.append(Frame(self.now - ago, list(bodies)))
+    def shows(self, *bodies: MeasuredBody, ago: float = 0.01) -> None:
+        self.stream.shown.append(MocapFrame(self.now - ago, list(bodies)))
 
 
 @pytest.fixture
@@ -67,13 +67,13 @@ def test_robots_are_located_at_the_time_of_the_exposure(bench: Bench) -> None:
 
 
 def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
-    still, fallen = body(HERE, UP, "ann"), Body("Robot 2", (1.0, 0.1, 2.0), (0.6, 0.8, 0.0, 0.0))
+    still, fallen = body(HERE, UP, "ann"), MeasuredBody("Robot 2", (1.0, 0.1, 2.0), (0.6, 0.8, 0.0, 0.0))
     assert len(bench.tick()) == 0
     for number in range(60):
-        tipped = Body(fallen.name, (1.0 + 1e-5 * number, 0.1, 2.0), fallen.rotation)
+        tipped = MeasuredBody(fallen.name, (1.0 + 1e-5 * number, 0.1, 2.0), fallen.rotation)
         bench.shows(still, tipped, body(HERE, UP, "chair"))
         assert len(bench.tick()) == (number == 0)
-    bench.shows(Body("ann", (math.nan, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), body(HERE, UP, ""))
+    bench.shows(MeasuredBody("ann", (math.nan, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), body(HERE, UP, ""))
     assert bench.tick() == []
     counted = bench.node.counted()
     assert counted["fixes"] == {"ann": 1}

@@ -15,7 +15,7 @@ from mocap.vrpn import Trackers
 from vrg.testing.waiting import wait_until
 from vrg_locate import stream as streams
 from vrg_locate.mocap import stream as module
-from vrg_locate.mocap.frames import Frame, Request, Trouble, encode, read
+from vrg_locate.mocap.frames import MocapFrame, Request, Trouble, encode, read
 from vrg_locate.mocap.stream import FrameStream
 
 Make = Callable[..., FrameStream]
@@ -55,9 +55,9 @@ def natnet(server: Server, patience: float = 3.0) -> Request:
     return Request("optitrack", options, 50.0, patience)
 
 
-def newest(stream: FrameStream) -> Frame:
+def newest(stream: FrameStream) -> MocapFrame:
     """The newest of the next frames."""
-    found: list[Frame] = []
+    found: list[MocapFrame] = []
     wait_until(lambda: found.extend(stream.take()) or found, "a frame")
     return found[-1]
 
@@ -137,7 +137,7 @@ def test_each_pose_of_each_tracker_of_vrpn_is_used_although_empty_frames_come_be
     """The library looks a hundred times a second for what has come by then."""
     trackers = Trackers(["ann", "bob"])
     stream = make(Request("vrpn", {"hostname": f"127.0.0.1:{trackers.port}"}, 50.0, 30.0))
-    frames: list[Frame] = []
+    frames: list[MocapFrame] = []
 
     def came(name: str, x: float) -> bool:
         frames.extend(stream.take())
@@ -172,15 +172,15 @@ def test_the_reader_ends_with_the_match_that_started_it() -> None:
     command = (sys.executable, "-P", "-m", "vrg_locate.mocap.reader", msgspec.json.encode(MOCK).decode())
     with subprocess.Popen(command, stdout=subprocess.PIPE) as reader:
         assert reader.stdout is not None
-        assert isinstance(read(reader.stdout), Frame)
+        assert isinstance(read(reader.stdout), MocapFrame)
         reader.send_signal(signal.SIGINT)
-        assert isinstance(read(reader.stdout), Frame), "what is typed at the terminal is for the match"
+        assert isinstance(read(reader.stdout), MocapFrame), "what is typed at the terminal is for the match"
         reader.stdout.close()
         assert reader.wait(60.0) == 0
 
 
 def test_messages_are_whole_or_none() -> None:
-    data = encode(Trouble("no")) + encode(Frame(1.0, []))
+    data = encode(Trouble("no")) + encode(MocapFrame(1.0, []))
     stream = io.BytesIO(data[:-1])
     assert read(stream) == Trouble("no")
     assert read(stream) is None

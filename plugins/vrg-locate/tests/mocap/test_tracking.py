@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from vrg.geometry import compose, inverse, wrap
 from vrg.types import Pose
-from vrg_locate.mocap.frames import Body, Frame
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame
 from vrg_locate.mocap.tracking import FROZEN, TIPPED, Fault, Quaternion, Tracking, heading, tilt, with_z_up
 
 Up = Literal["y", "z"]
@@ -38,17 +38,17 @@ def turned(rotation: Quaternion) -> Rotation:
     return Rotation.from_quat([x, y, z, w])
 
 
-def body(pose: Pose, up: Up = "z", name: str = "Rob", height: float = 0.2) -> Body:
+def body(pose: Pose, up: Up = "z", name: str = "Rob", height: float = 0.2) -> MeasuredBody:
     """A rigid body that stands upright at a pose in the system's own frame, with the axis up that it has."""
     cos, sin = math.cos(pose.theta / 2), math.sin(pose.theta / 2)
     if up == "z":
-        return Body(name, (pose.x, pose.y, height), (cos, 0.0, 0.0, sin))
+        return MeasuredBody(name, (pose.x, pose.y, height), (cos, 0.0, 0.0, sin))
     # y up: z points to where -y did.
-    return Body(name, (pose.x, height, -pose.y), (cos, 0.0, sin, 0.0))
+    return MeasuredBody(name, (pose.x, height, -pose.y), (cos, 0.0, sin, 0.0))
 
 
-def found(tracking: Tracking, *bodies: Body, time: float = 0.0) -> list[Pose | Fault]:
-    return [outcome.found for outcome in tracking.take(Frame(time, list(bodies)))]
+def found(tracking: Tracking, *bodies: MeasuredBody, time: float = 0.0) -> list[Pose | Fault]:
+    return [outcome.found for outcome in tracking.take(MocapFrame(time, list(bodies)))]
 
 
 def plain(up: Up = "z") -> Tracking:
@@ -59,7 +59,7 @@ def plain(up: Up = "z") -> Tracking:
 def test_a_robot_is_where_its_body_is_less_the_offset(robot: Pose, offset: Pose, origin: Pose, up: Up) -> None:
     tracking = Tracking({"Rob": "ann"}, {"ann": offset}, up, origin)
     captured = compose(inverse(origin), compose(robot, offset))
-    (outcome,) = tracking.take(Frame(0.0, [body(captured, up)]))
+    (outcome,) = tracking.take(MocapFrame(0.0, [body(captured, up)]))
     assert (outcome.body, outcome.robot) == ("Rob", "ann")
     assert isinstance(outcome.found, Pose)
     assert math.hypot(outcome.found.x - robot.x, outcome.found.y - robot.y) < 1e-9
@@ -91,7 +91,7 @@ def test_what_has_tipped_over_is_no_fix(theta: float, lean: float, about: float)
     assume(abs(lean - TIPPED) > 1e-6)
     leaning = Rotation.from_rotvec([lean * math.cos(about), lean * math.sin(about), 0.0])
     x, y, z, w = map(float, (leaning * Rotation.from_euler("z", theta)).as_quat())
-    (one,) = found(plain(), Body("Rob", (0.0, 0.0, 0.2), (w, x, y, z)))
+    (one,) = found(plain(), MeasuredBody("Rob", (0.0, 0.0, 0.2), (w, x, y, z)))
     assert (one is Fault.TIPPED) == (lean > TIPPED)
 
 
@@ -108,7 +108,7 @@ def test_the_wrong_axis_up_makes_robots_that_turn_seem_to_tip_over() -> None:
 def test_whatever_a_system_sends_a_pose_is_finite(
     position: tuple[float, float, float], rotation: Quaternion, up: Up
 ) -> None:
-    (one,) = found(plain(up), Body("Rob", position, rotation))
+    (one,) = found(plain(up), MeasuredBody("Rob", position, rotation))
     if isinstance(one, Pose):
         assert all(math.isfinite(value) for value in (*position, *rotation))
         assert abs(one.x) <= 1e4
@@ -120,12 +120,12 @@ def test_whatever_a_system_sends_a_pose_is_finite(
 @pytest.mark.parametrize(
     "lost",
     [
-        Body("Rob", (math.nan, math.nan, math.nan), (1.0, 0.0, 0.0, 0.0)),
-        Body("Rob", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
-        Body("Rob", (9_999_999.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+        MeasuredBody("Rob", (math.nan, math.nan, math.nan), (1.0, 0.0, 0.0, 0.0)),
+        MeasuredBody("Rob", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
+        MeasuredBody("Rob", (9_999_999.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
     ],
 )
-def test_what_has_not_been_measured_is_no_fix(lost: Body) -> None:
+def test_what_has_not_been_measured_is_no_fix(lost: MeasuredBody) -> None:
     assert found(plain(), lost) == [Fault.UNTRACKED]
 
 
@@ -141,6 +141,6 @@ def test_a_body_that_does_not_change_at_all_is_no_measurement() -> None:
 
 
 def test_bodies_of_nobody_are_told_and_the_others_are_found() -> None:
-    outcomes = plain().take(Frame(0.0, [body(HERE, name="chair"), body(HERE), body(HERE, name="")]))
+    outcomes = plain().take(MocapFrame(0.0, [body(HERE, name="chair"), body(HERE), body(HERE, name="")]))
     assert [(one.body, one.robot) for one in outcomes] == [("chair", None), ("Rob", "ann"), ("", None)]
     assert [one.found for one in outcomes] == [Fault.UNKNOWN, HERE, Fault.UNKNOWN]

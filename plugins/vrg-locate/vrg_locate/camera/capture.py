@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from vrg.errors import ConfigError
 from vrg_locate.camera.detection import Prints, Tag, TagDetector, grey_of
-from vrg_locate.camera.readers import Frame, Reader
+from vrg_locate.camera.readers import CameraFrame, Reader
 from vrg_locate.stream import LiveStream
 
 log = logging.getLogger(__name__)
@@ -28,7 +28,7 @@ _QUEUE_LENGTH: Final = 50
 _PATIENCE: Final = 0.1
 
 
-class PictureStream(LiveStream[Frame]):
+class PictureStream(LiveStream[CameraFrame]):
     """The newest picture of a camera or a file.
 
     Of a camera no picture counts that is the same as the one before, bit for bit: a camera that works has noise.
@@ -73,7 +73,7 @@ class PictureStream(LiveStream[Frame]):
         return live if reader.live else "the pictures of the file are over"
 
 
-class Sighting(Struct, frozen=True):
+class TagSighting(Struct, frozen=True):
     """The tags of a picture.
 
     Args:
@@ -85,7 +85,7 @@ class Sighting(Struct, frozen=True):
     size: tuple[int, int]
 
 
-class TagStream(LiveStream[Sighting]):
+class TagStream(LiveStream[TagSighting]):
     """The tags in the newest pictures.
 
     Args:
@@ -129,15 +129,15 @@ class TagStream(LiveStream[Sighting]):
                     self._look(frame)
         return ""
 
-    def _look(self, frame: Frame) -> None:
+    def _look(self, frame: CameraFrame) -> None:
         try:
             picture = grey_of(frame.picture)
-            self.put(Sighting(frame.time, self._detector.detect(picture), (picture.shape[1], picture.shape[0])))
+            self.put(TagSighting(frame.time, self._detector.detect(picture), (picture.shape[1], picture.shape[0])))
         except Exception as error:  # one picture must not end the search in all others
             log.exception("a picture cannot be looked at")
             self.report(f"a picture cannot be looked at: {type(error).__name__}: {error}")
 
-    def _is_due(self, frame: Frame) -> bool:
+    def _is_due(self, frame: CameraFrame) -> bool:
         # Pictures do not come quite evenly, so that the time between two is measured over many.
         if frame.time < self._due:
             return False

@@ -11,9 +11,9 @@ from msgspec import Struct
 
 from vrg_locate.camera import cv2
 from vrg_locate.camera.edges import refined
+from vrg_locate.camera.lens import Picture
 
 Floats = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
 
 NUMBERS: Final = 587
 """The number of tags in the family; they are counted from 0."""

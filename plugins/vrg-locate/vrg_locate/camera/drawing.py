@@ -10,8 +10,8 @@ import numpy.typing as npt
 from vrg_locate.camera import cv2
 from vrg_locate.camera.detection import Tag
 from vrg_locate.camera.field import FieldView, Located
+from vrg_locate.camera.lens import Picture
 
-Picture = npt.NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 _OUTLINE: Final = (0, 220, 255)

@@ -134,7 +134,7 @@ def robot_at(tag: Located, offset: Pose) -> Located:
     return Located(pose, math.hypot(tag.position, lever), tag.heading, tag.side)
 
 
-class Fitted(Struct, frozen=True):
+class FittedPlace(Struct, frozen=True):
     """The place of a camera by points on the floor.
 
     Args:
@@ -151,7 +151,7 @@ class Fitted(Struct, frozen=True):
         return float(np.sqrt((self.errors**2).sum() / (len(self.errors) - 3)))
 
 
-def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) -> Fitted:
+def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) -> FittedPlace:
     """Find out where a camera is.
 
     Args:
@@ -180,7 +180,7 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
         rotation = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
         place = Place(rotation, -rotation.T @ np.asarray(way, dtype=np.float64).ravel())
         found = FieldView(lens, place).project(floor)
-        one = Fitted(place, np.hypot(*(found - pixels).T))
+        one = FittedPlace(place, np.hypot(*(found - pixels).T))
         if place.position[2] > 0.0 and np.isfinite(one.errors).all() and (best is None or one.rms < best.rms):
             best = one
     if best is None or above is None:

@@ -19,6 +19,7 @@ from vrg_locate.camera import cv2
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
+"""The pixels of a picture: shape (height, width) where it is grey, and (height, width, 3) where it has colours."""
 
 _ROUNDS: Final = 60
 """The most rounds of the search for what a distorted point was."""

@@ -21,7 +21,7 @@ SUFFIXES: Final = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 """The endings of the names of pictures."""
 
 
-class Frame(Struct, frozen=True):
+class CameraFrame(Struct, frozen=True):
     """A picture.
 
     Args:
@@ -56,7 +56,7 @@ class Reader(Protocol):
 
     live: bool
 
-    def read(self) -> Frame | None:
+    def read(self) -> CameraFrame | None:
         """The next picture, once it is time for it; None if there is none any more."""
 
     def close(self) -> None:
@@ -75,12 +75,12 @@ class FolderReader:
         self._files.reverse()
         self._pace = _Pace(_FOLDER_RATE, sleep)
 
-    def read(self) -> Frame | None:
+    def read(self) -> CameraFrame | None:
         """The next picture."""
         if not self._files:
             return None
         picture = read_picture(self._files.pop())
-        return Frame(picture, self._pace.wait())
+        return CameraFrame(picture, self._pace.wait())
 
     def close(self) -> None:
         """Nothing is open."""
@@ -120,17 +120,17 @@ class VideoReader:
         self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
         self._capture.set(cv2.CAP_PROP_AUTOFOCUS, 0)
 
-    def read(self) -> Frame | None:
+    def read(self) -> CameraFrame | None:
         """The next picture; None if the camera is gone, or the file ends."""
         good, picture = self._capture.read()
         now = time.monotonic()
         if not good or picture is None:
             return None
         if self._pace is not None:
-            return Frame(np.asarray(picture, dtype=np.uint8), self._pace.wait())
+            return CameraFrame(np.asarray(picture, dtype=np.uint8), self._pace.wait())
         # Linux notes by the monotonic clock when a picture was taken, which is before it has been sent and unpacked.
         taken = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
-        return Frame(
+        return CameraFrame(
             np.asarray(picture, dtype=np.uint8), taken if taken > 0.0 and 0.0 <= now - taken < _PLAUSIBLE else now
         )
 

@@ -18,7 +18,7 @@ from vrg.localisation.source import SourceContext
 from vrg.tables import Table
 from vrg.types import Pose
 from vrg_locate.camera.calibration import load_camera
-from vrg_locate.camera.capture import Sighting, TagStream
+from vrg_locate.camera.capture import TagSighting, TagStream
 from vrg_locate.camera.detection import NUMBERS, Prints, Tag
 from vrg_locate.camera.field import robot_at
 from vrg_locate.camera.readers import Reader, Wanted, open_reader
@@ -93,7 +93,7 @@ class CameraSettings(Table):
         return self
 
 
-class CameraSource(RealSource[Sighting]):
+class CameraSource(RealSource[TagSighting]):
     """Sees the tags that lie on robots, through a camera that has been calibrated to the field.
 
     Args:
@@ -170,11 +170,11 @@ class CameraSource(RealSource[Sighting]):
         assert isinstance(settings, CameraSettings)
         return [settings.calibration]
 
-    def captured(self) -> Iterable[tuple[float, Sighting]]:
+    def captured(self) -> Iterable[tuple[float, TagSighting]]:
         """The pictures that were looked at since the last call."""
         return [(sighting.time, sighting) for sighting in self._stream.take()]
 
-    def fixes_of(self, sighting: Sighting) -> Iterable[Fix]:
+    def fixes_of(self, sighting: TagSighting) -> Iterable[Fix]:
         """The robots in a picture."""
         if sighting.size != self._view.lens.size:
             text = "its pictures have %d x %d pixels, but those of its calibration %d x %d: calibrate it again"

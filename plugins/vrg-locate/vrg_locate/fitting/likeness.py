@@ -17,7 +17,7 @@ from vrg.geometry import along_arc, arc_between, compose, interpolate
 from vrg.hal.models import RobotModel
 from vrg.localisation.motion import corrected
 from vrg.types import Pose, Twist
-from vrg_locate.fitting.response import Fitted, Response, Run, followed
+from vrg_locate.fitting.response import AxisRun, Fitted, Response, followed
 from vrg_locate.fitting.runs import Commands, Motions, asked_speeds, runs_of, unbroken
 
 Floats = npt.NDArray[np.float64]
@@ -47,7 +47,7 @@ class Span:
         runs: what its axes were commanded and did. start, end: where it was, in the map's frame.
     """
 
-    runs: Sequence[Run]
+    runs: Sequence[AxisRun]
     start: Pose
     end: Pose
 

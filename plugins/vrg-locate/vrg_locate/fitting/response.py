@@ -98,7 +98,7 @@ _BOUNDS = {"delay": (0.0, 0.5), "lag": (0.001, 0.5), "acceleration": (0.02, 20.0
 
 
 @dataclass(frozen=True)
-class Run:
+class AxisRun:
     """The commands of one axis, and its motion, without a break.
 
     Args:
@@ -112,7 +112,7 @@ class Run:
     speed: float = 0.0
 
 
-def followed(response: Response, run: Run) -> Floats:
+def followed(response: Response, run: AxisRun) -> Floats:
     """The ways that the axis of a run would have made between its readings, m: shape (n - 1,)."""
     at = [time + response.delay for time, _ in run.commands]
     ways, speed, now = [], run.speed, run.times[0]
@@ -155,7 +155,7 @@ class Fitted:
         return total, deviation * float(student.ppf(0.975, self.freedom))
 
 
-def fit(runs: Sequence[Run], start: Response) -> Fitted:
+def fit(runs: Sequence[AxisRun], start: Response) -> Fitted:
     """The response that explains runs best, by least squares in which what is far off counts less.
 
     The intervals allow for errors that stay the same for up to BLOCK (the sandwich estimator with clusters: A. C.

@@ -7,7 +7,7 @@ from vrg.geometry import arc_between
 from vrg.hal.models import RobotModel
 from vrg.localisation.motion import driven
 from vrg.types import STILL, Pose, Twist
-from vrg_locate.fitting.response import Run
+from vrg_locate.fitting.response import AxisRun
 
 GAP = 0.5
 """The time in s between two readings after which a new run begins."""
@@ -55,7 +55,7 @@ def asked_speeds(model: RobotModel, commands: Commands) -> list[tuple[float, Spe
     return [(time, model.drivetrain.speeds(twist)) for time, twist in held(commands)]
 
 
-def runs_of(model: RobotModel, asked: Sequence[tuple[float, Speeds]], part: Motions) -> list[Run]:
+def runs_of(model: RobotModel, asked: Sequence[tuple[float, Speeds]], part: Motions) -> list[AxisRun]:
     """The run of each axis of a robot in a part of its motion without a break.
 
     Args:
@@ -66,7 +66,7 @@ def runs_of(model: RobotModel, asked: Sequence[tuple[float, Speeds]], part: Moti
     ways = [train.speeds(arc_between(a, b)) for (_, a, _), (_, b, _) in pairwise(part)]
     first = train.speeds(part[0][2])
     return [
-        Run(
+        AxisRun(
             [(time, speeds[axis] * radius) for time, speeds in asked],
             times,
             list(accumulate((way[axis] * radius for way in ways), initial=0.0)),
@@ -76,7 +76,7 @@ def runs_of(model: RobotModel, asked: Sequence[tuple[float, Speeds]], part: Moti
     ]
 
 
-def axis_runs(model: RobotModel, commands: Commands, motions: Motions) -> list[Run]:
+def axis_runs(model: RobotModel, commands: Commands, motions: Motions) -> list[AxisRun]:
     """The runs of each axis of a robot.
 
     Args:

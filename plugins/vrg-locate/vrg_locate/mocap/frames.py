@@ -12,7 +12,7 @@ from msgspec import Struct
 _LENGTH: Final = struct.Struct("<I")
 
 
-class Body(Struct, frozen=True):
+class MeasuredBody(Struct, frozen=True):
     """A rigid body as a system has measured it. Numbers are not finite where it has not.
 
     Args:
@@ -25,7 +25,7 @@ class Body(Struct, frozen=True):
     rotation: tuple[float, float, float, float]
 
 
-class Frame(Struct, frozen=True, tag="frame"):
+class MocapFrame(Struct, frozen=True, tag="frame"):
     """The rigid bodies at one instant.
 
     Args:
@@ -33,7 +33,7 @@ class Frame(Struct, frozen=True, tag="frame"):
     """
 
     time: float
-    bodies: list[Body]
+    bodies: list[MeasuredBody]
 
 
 class Trouble(Struct, frozen=True, tag="trouble"):
@@ -56,16 +56,16 @@ class Request(Struct, frozen=True):
     patience: float
 
 
-_DECODER: Final = msgspec.msgpack.Decoder(Frame | Trouble)
+_DECODER: Final = msgspec.msgpack.Decoder(MocapFrame | Trouble)
 
 
-def encode(message: Frame | Trouble) -> bytes:
+def encode(message: MocapFrame | Trouble) -> bytes:
     """A message with its length."""
     data = msgspec.msgpack.encode(message)
     return _LENGTH.pack(len(data)) + data
 
 
-def read(stream: IO[bytes]) -> Frame | Trouble | None:
+def read(stream: IO[bytes]) -> MocapFrame | Trouble | None:
     """The next message of a stream; None if it is over."""
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:

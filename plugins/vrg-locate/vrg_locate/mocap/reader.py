@@ -17,7 +17,7 @@ import motioncapture
 import msgspec
 
 from vrg.system import POSIX
-from vrg_locate.mocap.frames import Body, Frame, Request, Trouble, encode
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame, Request, Trouble, encode
 from vrg_locate.mocap.pace import Pace
 
 
@@ -54,7 +54,7 @@ def _listen(request: Request, out: IO[bytes]) -> None:
         bodies = [_body(name, body) for name, body in seen.items() if pace.takes(name, now)]
         # That it sees no body is told, too.
         if bodies or (not seen and pace.takes(None, now)):
-            out.write(encode(Frame(now, bodies)))
+            out.write(encode(MocapFrame(now, bodies)))
 
 
 def _end_after(patience: float) -> None:
@@ -65,10 +65,10 @@ def _end_after(patience: float) -> None:
         faulthandler.dump_traceback_later(patience, exit=True)
 
 
-def _body(name: str, body: motioncapture.RigidBody) -> Body:
+def _body(name: str, body: motioncapture.RigidBody) -> MeasuredBody:
     turn = body.rotation
     x, y, z = map(float, body.position)
-    return Body(name, (x, y, z), (float(turn.w), float(turn.x), float(turn.y), float(turn.z)))
+    return MeasuredBody(name, (x, y, z), (float(turn.w), float(turn.x), float(turn.y), float(turn.z)))
 
 
 if __name__ == "__main__":

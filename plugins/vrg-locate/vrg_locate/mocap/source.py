@@ -16,7 +16,7 @@ from vrg.errors import ConfigError
 from vrg.localisation.source import SourceContext
 from vrg.tables import Table
 from vrg.types import Pose
-from vrg_locate.mocap.frames import Frame, Request
+from vrg_locate.mocap.frames import MocapFrame, Request
 from vrg_locate.mocap.stream import FrameStream
 from vrg_locate.mocap.tracking import TIPPED, Fault, Tracking
 from vrg_locate.source import PoseTable, RealSource
@@ -117,7 +117,7 @@ class MocapSettings(Table):
         return {"hostname": self.host, **named}
 
 
-class MocapSource(RealSource[Frame]):
+class MocapSource(RealSource[MocapFrame]):
     """Sees the rigid bodies that a motion capture system tracks.
 
     Args:
@@ -147,11 +147,11 @@ class MocapSource(RealSource[Frame]):
         offsets = {robot: body.pose for robot, body in settings.bodies.items()}
         self._tracking = Tracking(robots, offsets, settings.up, settings.origin.pose)
 
-    def captured(self) -> Iterable[tuple[float, Frame]]:
+    def captured(self) -> Iterable[tuple[float, MocapFrame]]:
         """The frames since the last call."""
         return [(frame.time - self._settings.latency, frame) for frame in self._stream.take()]
 
-    def fixes_of(self, frame: Frame) -> Iterable[Fix]:
+    def fixes_of(self, frame: MocapFrame) -> Iterable[Fix]:
         """The robots in a frame."""
         settings = self._settings
         for one in self._tracking.take(frame):

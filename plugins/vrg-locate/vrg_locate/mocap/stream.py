@@ -11,7 +11,7 @@ from typing import Final
 import msgspec
 
 from vrg.system import POSIX
-from vrg_locate.mocap.frames import Frame, Request, Trouble, read
+from vrg_locate.mocap.frames import MocapFrame, Request, Trouble, read
 from vrg_locate.stream import LiveStream
 
 SILENCE: Final = 3.0
@@ -23,7 +23,7 @@ _QUEUE_LENGTH: Final = 512
 """The number of frames that wait for a node that does not tick."""
 
 
-class FrameStream(LiveStream[Frame]):
+class FrameStream(LiveStream[MocapFrame]):
     """The frames of a capture system.
 
     Args:

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from vrg.geometry import compose, inverse
 from vrg.types import Pose
-from vrg_locate.mocap.frames import Body, Frame
+from vrg_locate.mocap.frames import MeasuredBody, MocapFrame
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -66,19 +66,19 @@ class Tracking:
     ) -> None:
         self._robots, self._up, self._origin = robots, up, origin
         self._back = {robot: inverse(offset) for robot, offset in offsets.items()}
-        self._before: dict[str, tuple[Body, float]] = {}
+        self._before: dict[str, tuple[MeasuredBody, float]] = {}
         """The newest measurement of each robot's body, and when it was new, monotonic, s."""
 
-    def take(self, frame: Frame) -> list[Outcome]:
+    def take(self, frame: MocapFrame) -> list[Outcome]:
         """The outcome of each rigid body in a frame."""
         return [Outcome(body.name, robot, found) for body, robot, found in self._sorted(frame)]
 
-    def _sorted(self, frame: Frame) -> Iterable[tuple[Body, str | None, Pose | Fault]]:
+    def _sorted(self, frame: MocapFrame) -> Iterable[tuple[MeasuredBody, str | None, Pose | Fault]]:
         for body in frame.bodies:
             robot = self._robots.get(body.name)
             yield body, robot, Fault.UNKNOWN if robot is None else self._found(robot, body, frame.time)
 
-    def _found(self, robot: str, body: Body, time: float) -> Pose | Fault:
+    def _found(self, robot: str, body: MeasuredBody, time: float) -> Pose | Fault:
         if not is_measured(body):
             return Fault.UNTRACKED
         before = self._before.get(robot)
@@ -92,7 +92,7 @@ class Tracking:
         return compose(seen, self._back[robot]) if robot in self._back else seen
 
 
-def is_measured(body: Body) -> bool:
+def is_measured(body: MeasuredBody) -> bool:
     """True if the numbers of a rigid body can be those of something that a system has seen."""
     length = math.hypot(*body.rotation)
     near = all(abs(value) <= _FAR for value in body.position)

@@ -5,14 +5,14 @@ from collections.abc import Callable
 
 import pytest
 
-from vrg.testing.processes.match import MINNOWS, Match, long_match
+from vrg.testing.processes.match import MINNOWS, LiveMatch, long_match
 from vrg.testing.views.browser import Visitor, chromium
 from vrg.testing.waiting import wait_until
 
 pytestmark = pytest.mark.system
 
 
-def test_an_official_sees_streams_and_processes(start: Callable[..., Match]) -> None:
+def test_an_official_sees_streams_and_processes(start: Callable[..., LiveMatch]) -> None:
     match = start(long_match("looked-into"), options=["--developer"], seats=True)
     links: list[str] = []
 

@@ -55,7 +55,7 @@ def node(keys: Keys, audience: Viewers, bus: Bus) -> WebNode:
 def test_it_has_a_row_for_each_player_and_what_is_told_of_the_one_that_is_selected(
     node: WebNode, keys: Keys, audience: Viewers
 ) -> None:
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     audience.inspected = frozenset({Inspect(drawer="details"), Inspect(drawer="details", player="nemo")})
     for number in range(50):
         match.step(node, number * node.period, number)
@@ -68,7 +68,7 @@ def test_it_has_a_row_for_each_player_and_what_is_told_of_the_one_that_is_select
 def test_it_listens_to_everything_only_while_somebody_wants_details(
     node: WebNode, keys: Keys, audience: Viewers, bus: Bus
 ) -> None:
-    match = synthetic.Match(keys)
+    match = synthetic.SyntheticMatch(keys)
     for number, (wanted, watched) in enumerate([((), True), (("",), True), (("",), True), ((), False)]):
         audience.inspected = frozenset(Inspect(drawer="details", player=player) for player in wanted)
         audience.watched = watched

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vrg.testing.processes.match import MINNOWS, Match, long_match
+from vrg.testing.processes.match import MINNOWS, LiveMatch, long_match
 from vrg.testing.processes.programs import helper, screen
 from vrg.testing.waiting import wait_until
 from vrg.ui.window.window import GONE
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.system
 
 
 def test_a_display_drives_by_its_seat_and_the_match_goes_on_without_its_screen(
-    start: Callable[..., Match], tmp_path: Path
+    start: Callable[..., LiveMatch], tmp_path: Path
 ) -> None:
     match = start(long_match("seen"), seats=True)
     observer, log = match.observer, tmp_path / "hud.log"

@@ -8,7 +8,7 @@ from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.games.game import title
 from vrg.hal.sensors.battery import Battery
-from vrg.hal.sensors.depiction import Cones, Picture, Rays
+from vrg.hal.sensors.depiction import Cones, Image, Rays
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.types import Vector
@@ -143,7 +143,7 @@ def _link(seen: Telemetry) -> Line:
 def _sensors(seen: Telemetry) -> list[Line]:
     """A line for each sensor that is drawn nowhere: what it has measured last, in words."""
     # The first sensor of each of these has a place of its own on the display.
-    drawn = [seen.first(depiction) for depiction in (Rays, Cones, Picture)]
+    drawn = [seen.first(depiction) for depiction in (Rays, Cones, Image)]
     rest = [s for s in seen.sensors if s not in drawn and s.spec.message not in ELSEWHERE]
     texts = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
     labels = [s.spec.kind if s.spec.name == "main" else f"{s.spec.kind} {s.spec.name}" for s in rest]

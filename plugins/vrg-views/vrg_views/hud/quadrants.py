@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final
 import pygame
 
 from vrg.figures import Figure, Shape, dashes, line, pixels
-from vrg.hal.sensors.depiction import Cones, Depiction, Picture, Rays
+from vrg.hal.sensors.depiction import Cones, Depiction, Image, Rays
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.view import Pixel, Projection
@@ -222,7 +222,7 @@ def _rectangle(centre: Pixel, angle: float, back: float, front: float, half_widt
 class PicturePainter(Quadrant):
     """Draws the newest picture of a camera. It is unpacked once."""
 
-    depiction, nothing = Picture, words.NO_PICTURE
+    depiction, nothing = Image, words.NO_PICTURE
 
     def __init__(self, fonts: Fonts) -> None:
         super().__init__(fonts)
@@ -233,13 +233,13 @@ class PicturePainter(Quadrant):
         """The time of the picture, and its age in words."""
         return super().shows(board), self.caption(None, board)
 
-    def caption(self, found: Picture | None, board: Dashboard) -> str:
+    def caption(self, found: Image | None, board: Dashboard) -> str:
         """Return the age of the picture."""
         sensed = board.seen.first(self.depiction)
         age = None if sensed is None else board.seen.age(sensed.reading)
         return "" if age is None else f"{age:.1f} s"
 
-    def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Picture, board: Dashboard, ui: float) -> None:
+    def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Image, board: Dashboard, ui: float) -> None:
         """Draw the picture as large as there is room."""
         if found.png is not self._of:
             self._of = found.png

@@ -5,15 +5,15 @@ import pytest
 from tests.hal.can.judges.drives import NOW, report, started
 from vrg.hal.can.axis import NEVER, AxisReport
 from vrg.hal.can.judges.reasons import Cause, Reason
-from vrg.hal.can.judges.start import FAILED_STARTS, LATE, SETPOINT_TIMEOUT, START_TIMEOUT, STATUS_GRACE, Start
+from vrg.hal.can.judges.start import FAILED_STARTS, LATE, SETPOINT_TIMEOUT, START_TIMEOUT, STATUS_GRACE, DriveStart
 
 DUE = NOW + START_TIMEOUT + 0.01
 
 
 @pytest.fixture
-def start() -> Start:
+def start() -> DriveStart:
     """Of a robot that is armed at NOW."""
-    start = Start()
+    start = DriveStart()
     start.arm(NOW)
     return start
 
@@ -22,14 +22,14 @@ def cause(found: Reason | None) -> Cause | None:
     return None if found is None else found.cause
 
 
-def test_a_drive_may_take_its_time_and_not_longer(start: Start) -> None:
+def test_a_drive_may_take_its_time_and_not_longer(start: DriveStart) -> None:
     assert start.judge(report(), NOW + START_TIMEOUT, NEVER) is None
     assert start.judge(report(4), DUE, NEVER) == (4, Cause.IDLE, ())
     assert start.judge(report(), DUE, excused=NOW + 0.1) is None, "it was not heard meanwhile"
     assert start.judge(started(), DUE, NEVER) is None
 
 
-def test_one_that_has_started_may_not_be_idle_again(start: Start) -> None:
+def test_one_that_has_started_may_not_be_idle_again(start: DriveStart) -> None:
     axis = started()
     start.look([axis], NOW)
     assert not start.started, "what it has said before it was asked is no answer"
@@ -42,7 +42,7 @@ def test_one_that_has_started_may_not_be_idle_again(start: Start) -> None:
     assert not start.started
 
 
-def test_who_is_to_blame_that_a_drive_is_off(start: Start) -> None:
+def test_who_is_to_blame_that_a_drive_is_off(start: DriveStart) -> None:
     refusing = report()
     refusing.refusal = "NOT_CALIBRATED"
     start.command(NOW + 0.5)
@@ -56,7 +56,7 @@ def test_who_is_to_blame_that_a_drive_is_off(start: Start) -> None:
 @pytest.mark.parametrize(
     ("gap", "late", "busy"), [(LATE, False, False), (LATE + 0.01, True, False), (SETPOINT_TIMEOUT + 0.01, True, True)]
 )
-def test_setpoints_that_come_late(start: Start, gap: float, late: bool, busy: bool) -> None:
+def test_setpoints_that_come_late(start: DriveStart, gap: float, late: bool, busy: bool) -> None:
     now = NOW + gap
     assert start.uncommanded(now) == pytest.approx(gap)
     start.command(now)
@@ -68,14 +68,14 @@ def test_setpoints_that_come_late(start: Start, gap: float, late: bool, busy: bo
     assert start.late(now + LATE + 0.01), "the next one is late already"
 
 
-def test_earlier_setpoints_do_not_count_for_a_robot_that_is_armed_anew(start: Start) -> None:
+def test_earlier_setpoints_do_not_count_for_a_robot_that_is_armed_anew(start: DriveStart) -> None:
     start.command(NOW + 0.5)
     start.arm(NOW + 5.0)
     assert start.uncommanded(NOW + 5.0) == 0.0
     assert not start.late(NOW + 5.0)
 
 
-def test_a_watchdog_has_expired_unless_it_was_to_or_tells_of_before(start: Start) -> None:
+def test_a_watchdog_has_expired_unless_it_was_to_or_tells_of_before(start: DriveStart) -> None:
     axes: list[AxisReport] = [started(0), report(1)]
     axes[1].watchdog_expired = True
     assert start.judge_watchdogs(axes, NOW + STATUS_GRACE, proved=()) is None
@@ -83,7 +83,7 @@ def test_a_watchdog_has_expired_unless_it_was_to_or_tells_of_before(start: Start
     assert start.judge_watchdogs(axes, NOW + STATUS_GRACE + 0.01, proved=()) == (1, Cause.EXPIRED, ())
 
 
-def test_a_drive_that_never_starts_hears_nothing(start: Start) -> None:
+def test_a_drive_that_never_starts_hears_nothing(start: DriveStart) -> None:
     found = [start.judge_failed(1) for _ in range(FAILED_STARTS)]
     assert found == [*[None] * (FAILED_STARTS - 1), (1, Cause.NEVER_STARTS, (FAILED_STARTS,))]
     start.begin()

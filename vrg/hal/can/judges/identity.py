@@ -9,7 +9,7 @@ from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.judges.reasons import Cause, Reason
 
 
-class Identity:
+class DriveIdentity:
     """The serial numbers that the drives of one robot must have.
 
     Args:

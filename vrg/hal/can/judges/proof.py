@@ -21,16 +21,16 @@ class ProofStep(enum.Enum):
     PROVED = enum.auto()
 
 
-class Proof:
+class WatchdogProof:
     """Judges the watchdogs of the drives of one robot.
 
     Attributes:
-        unproved: they have not been seen to work since the robot was connected or recovered, or are in doubt.
+        pending: they have not been seen to work since the robot was connected or recovered, or are in doubt.
         proved: the nodes whose watchdogs have been seen to work since the robot was armed.
     """
 
     def __init__(self) -> None:
-        self.unproved = True
+        self.pending = True
         self.proved: set[int] = set()
         self._tries, self._proved_before = 0, False
 
@@ -41,7 +41,7 @@ class Proof:
 
     def doubt(self, axes: Iterable[AxisReport]) -> None:
         """The watchdogs are to be proved at the next start, if there are any."""
-        self.unproved = not all(axis.unwatched for axis in axes)
+        self.pending = not all(axis.unwatched for axis in axes)
 
     def judge(
         self, axes: Collection[AxisReport], started: Collection[int], uncommanded: float, *, disturbed: bool
@@ -59,7 +59,7 @@ class Proof:
             self.proved |= {axis.node for axis in watched if axis.expiry_reported and axis.node in started}
         missing = [axis.node for axis in watched if axis.node not in self.proved]
         if not missing:
-            self.unproved, self._proved_before, self._tries = False, True, 0
+            self.pending, self._proved_before, self._tries = False, True, 0
             return ProofStep.PROVED
         if not late or any(axis.node not in started for axis in axes):
             return ProofStep.WAIT

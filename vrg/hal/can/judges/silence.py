@@ -20,7 +20,7 @@ DROPOUT = 0.2
 """s without an encoder message after which a robot stands, and the least s from one such moment to the next."""
 
 
-class Silence:
+class DriveSilence:
     """Judges for how long a drive has not been heard. Times are monotonic, s.
 
     Attributes:

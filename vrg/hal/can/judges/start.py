@@ -21,7 +21,7 @@ STATUS_GRACE = 0.5
 """s after an explicit act in which what the drives still say of before does not latch again."""
 
 
-class Start:
+class DriveStart:
     """Judges the starts of the drives of one robot. Times are monotonic, s.
 
     Attributes:

@@ -6,7 +6,7 @@ from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.messages import AxisError, Command, describe_result
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 
 
 class OdriveOptions(ProtocolOptions):
@@ -50,7 +50,7 @@ class OdriveAxis(Axis):
     options: OdriveOptions
     options_type = OdriveOptions
 
-    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int, send: Send, clock: MonotonicClock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self._version: messages.Version | None = None
         self._heartbeat = messages.Heartbeat(0, messages.AxisState.UNDEFINED)

@@ -8,7 +8,7 @@ from typing import ClassVar, Generic, TypeVar
 from vrg.errors import RobotError
 from vrg.hal.can.axis import AxisReport, Send
 from vrg.hal.can.frame import Frame
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 
 
 class Claim(enum.IntEnum):
@@ -51,9 +51,9 @@ class Listener(ABC, Generic[NodeT]):
 
     word: ClassVar[str]
     title: ClassVar[str]
-    node_type: Callable[[int, Send, Clock], NodeT]
+    node_type: Callable[[int, Send, MonotonicClock], NodeT]
 
-    def __init__(self, send: Send, clock: Clock) -> None:
+    def __init__(self, send: Send, clock: MonotonicClock) -> None:
         self._send = send
         self._clock = clock
         self.found: dict[int, NodeT] = {}

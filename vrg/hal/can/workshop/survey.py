@@ -10,7 +10,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.troubles import NoFdError
 from vrg.hal.can.workshop.listener import REPEATS, Claim, Listener
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 from vrg.registry import offered
 
 log = logging.getLogger(__name__)
@@ -29,7 +29,7 @@ class _Considerate:
             self._send(frame, urgent=urgent)
 
 
-def all_listeners(send: Send, clock: Clock) -> list[Listener[Any]]:
+def all_listeners(send: Send, clock: MonotonicClock) -> list[Listener[Any]]:
     """A listener of each protocol; one that cannot be imported is left out, with the reason in the log."""
     found: list[Listener[Any]] = []
     for name in PROTOCOLS.names():
@@ -59,7 +59,7 @@ def unheard() -> dict[str, str]:
     return found
 
 
-def who_speaks(frames: Iterable[Frame], clock: Clock) -> str:
+def who_speaks(frames: Iterable[Frame], clock: MonotonicClock) -> str:
     """Describe the senders of these frames, in one line, without asking any of them."""
     survey = Survey(all_listeners(_be_silent, clock))
     for frame in frames:

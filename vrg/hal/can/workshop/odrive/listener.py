@@ -12,7 +12,7 @@ from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, ProcedureResult
 from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
-from vrg.hal.clock import Clock
+from vrg.hal.clock import MonotonicClock
 
 _PACKINGS = {
     "bool": "?", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I", "int32": "i", "float": "f",
@@ -145,7 +145,7 @@ class OdriveListener(Listener[OdriveNode]):
     title = "ODrive"
     node_type = OdriveNode
 
-    def __init__(self, send: Send, clock: Clock) -> None:
+    def __init__(self, send: Send, clock: MonotonicClock) -> None:
         super().__init__(send, clock)
         self.endpoints: Endpoints | None = None
         self._answers: dict[tuple[int, int], int] = {}
