@@ -18,6 +18,8 @@ from vrg.blame import failure_of
 from vrg.config.setup import read_setup
 from vrg.errors import HangError, LaunchError, StrategyError, VrgError
 from vrg.kinds import KINDS, PLAYER, ROUTER, WEB
+from vrg.launch import ending
+from vrg.launch.ending import LEASH
 from vrg.launch.folder_lock import delete_abandoned_keys
 from vrg.launch.serving import serve, serve_router
 from vrg.runs.run_folder import RunFolder
@@ -25,9 +27,6 @@ from vrg.types import printable
 
 FAILED_FOR_GOOD, HUNG = 3, 4
 """The exit status of a player whose strategy has failed in a way that makes another start useless, or hangs."""
-
-LEASH = 0
-"""The descriptor of the standard input, which the supervisor holds as a leash."""
 
 
 class Job(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -87,6 +86,7 @@ def main(arguments: Sequence[str]) -> int:
             )
     except VrgError as error:
         print(f"vrg: {printable(str(error), lines=True)}", file=sys.stderr)
+        ending.tell(error, str(error), name=job.name)
         if isinstance(error, HangError):
             return HUNG
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
@@ -94,7 +94,9 @@ def main(arguments: Sequence[str]) -> int:
         return 130
     except Exception as error:  # of the rules of any game, or the driver of any robot: the log has the whole of it
         traceback.print_exception(error)
-        print(f"vrg: {failure_of(error)}", file=sys.stderr)
+        why = str(failure_of(error))
+        print(f"vrg: {why}", file=sys.stderr)
+        ending.tell(error, why, name=job.name)
         return 1
     finally:
         if keys is not None:
