@@ -172,7 +172,7 @@ class ContainedPlayer(Node):
         if isinstance(error.__cause__, MemoryError):
             self._memory.lift()
         self._note_failure(error, tick)
-        self._player.give_way(f"{self.name}: {error}")
+        self._player.give_way(str(error))
         why = str(error)
         if again:
             try:
@@ -185,7 +185,7 @@ class ContainedPlayer(Node):
         if isinstance(error.__cause__, MemoryError):
             self._memory.begin()  # what one has taken is not missing to the others
         if not self._disqualify:
-            raise GivenUpError(f"{self.name}: {why}")
+            raise GivenUpError(why, self.name)
         self._out = True
         self.mailbox.publish(self._keys.official, disqualification(self.name, why))
 
