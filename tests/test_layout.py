@@ -289,7 +289,7 @@ BUDGETS = {
     "runs": 1_255,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_850,  # the figures of a picture; what plug-ins add and show; whom an error is about
-    "testing": 3_150,  # what tests of plug-ins share with those of the core, which was in tests/
+    "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_415,
     "recording": 1_155,  # with what a file of MCAP cannot hold
     "playing": 1_700,  # with the bound of match time, the seal of files alone, and players' processes
