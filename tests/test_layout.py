@@ -279,7 +279,7 @@ BUDGETS = {
     "ui": 5_830,  # with the connections of a crowd, gamepads, the latch of the emergency stop, what a match awaits
     "commands": 2_860,  # with an emergency stop that tries all ways, what to do after a match, options of packages
     "hal/can": 2_765,  # with drives that are met again, or tell what cannot be; judges of one thing each
-    "launch": 3_730,  # with the variables of processes that are not sealed, the owner of a folder, rules that fail
+    "launch": 3_785,  # with what a process says why it ends, the owner of a folder, rules that fail
     "games": 3_570,  # with the look of what lies on a field
     "bus": 2_585,  # with the rules and the entrance of its router, and what a slow listener is given first
     "hal/sim": 2_610,  # with whose module is that of mujoco
@@ -288,8 +288,8 @@ BUDGETS = {
     "coordinator": 2_040,
     "runs": 1_255,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_515,  # the permission of robots, which the world uses too
-    "shared values": 1_845,  # the figures of a picture; what plug-ins add and show; files that survive a power cut
-    "testing": 3_150,  # what tests of plug-ins share with those of the core, which was in tests/
+    "shared values": 1_850,  # the figures of a picture; what plug-ins add and show; whom an error is about
+    "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_415,
     "recording": 1_155,  # with what a file of MCAP cannot hold
     "playing": 1_915,  # with the seal of files alone, players' processes, and the start of matches over processes

@@ -1,39 +1,21 @@
 """Which window `vrg show` opens. Nothing is opened, and no match runs."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from vrg.commands import show
-from vrg.commands.matches import Attached
-from vrg.config.loading import load_match, match_path
-from vrg.errors import DuplicateNodeError
 from vrg.kinds import COMMANDER, SPECTATOR, Kind
-from vrg.testing.command_line import Vrg, command_line
-
-Opened = list[tuple[Kind, str, Path | None]]
-RUN = Path("runs/here")
+from vrg.testing.command_line import RUN, Opened, Vrg, showing, windows
 
 
 @pytest.fixture
 def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vrg:
-    monkeypatch.setattr(show, "need_display", lambda: None)
-    setup = load_match(match_path("roboflag"))
-    monkeypatch.setattr(show, "attached", lambda on: Attached(setup.name, "tcp/127.0.0.1:1", on.keys, setup, RUN))
-    return command_line(monkeypatch, capsys)
+    return showing(monkeypatch, capsys)
 
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
-    """The windows that were opened."""
-    found: Opened = []
-
-    def serve(_self: Attached, kind: Kind, name: str = "", *, run: Path | None) -> None:
-        found.append((kind, name, run))
-
-    monkeypatch.setattr(Attached, "serve", serve)
-    return found
+    return windows(monkeypatch)
 
 
 @pytest.mark.parametrize(
@@ -58,10 +40,7 @@ def test_a_typed_run_folder_is_that_of_every_window(vrg: Vrg, opened: Opened) ->
 
 
 def test_a_team_has_one_such_window(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any, **__: Any) -> None:
-        raise DuplicateNodeError("match 'roboflag' already has such a node")
-
-    monkeypatch.setattr(Attached, "serve", refuse)
+    windows(monkeypatch, refused=True)
     done = vrg("show", "commander", "red")
     assert done.status == 1
     assert "the team red has such a window already" in done.err

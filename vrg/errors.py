@@ -82,7 +82,22 @@ class DuplicateNodeError(BusError):
     """A node of this kind and name is already alive in the match."""
 
 
-class RobotError(VrgError, RuntimeError):
+class _NamedError(VrgError, RuntimeError):
+    """Something is wrong with one of several, whose name a person reads before the words.
+
+    Args:
+        text: what is wrong. name: of the robot, player or process; empty where that is said already.
+    """
+
+    def __init__(self, text: str, name: str = "") -> None:
+        super().__init__(text, name)
+        self.text, self.name = text, name
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.text}" if self.name else self.text
+
+
+class RobotError(_NamedError):
     """A robot was used in a state that does not allow it, such as driven before it was armed, or it has failed."""
 
 
@@ -119,7 +134,7 @@ class JournalError(VrgError):
     """The journal or the evidence cannot be written or read."""
 
 
-class LaunchError(VrgError, RuntimeError):
+class LaunchError(_NamedError):
     """A process of the match did not start, or died more often than it may."""
 
 

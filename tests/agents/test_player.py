@@ -125,10 +125,10 @@ def test_a_lease_moves_nobody_who_may_not_move(bench: Bench[Ahead]) -> None:
 @pytest.mark.parametrize(
     ("robot", "fault"),
     [
-        ({"blind": True}, "a: no reading has arrived yet"),
+        ({"blind": True}, "no reading has arrived yet"),
         ({"age": 0.5}, "0.5 s old"),
         ({"fault": "left wheel: over-current"}, "left wheel: over-current"),
-        ({"fault": "a: node 0: no heartbeat", "latched": True}, "a: node 0: no heartbeat"),
+        ({"fault": "node 0: no heartbeat", "latched": True}, "node 0: no heartbeat"),
     ],
     ids=["blind", "old readings", "a fault", "a fault that has latched"],
 )
@@ -222,10 +222,10 @@ def test_a_strategy_that_answers_nonsense_again_and_again_has_failed(bench: Benc
 
 def test_a_player_that_gives_way_stands_and_says_why(bench: Bench[Ahead]) -> None:
     bench.robot.told.clear()
-    bench.player.give_way("a: no idea")
+    bench.player.give_way("no idea")
     assert bench.robot.told == ["stop"]
     report = bench.report()
-    assert (report.fault, report.mode) == ("a: no idea", "Stop/failed")
+    assert (report.fault, report.mode) == ("no idea", "Stop/failed")
 
 
 def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench[Ahead]) -> None:

@@ -508,7 +508,7 @@ class TestLatchedFaults:
         ("fault", "pressed", "said"),
         [
             (None, False, "m1: its robot has latched a fault (an official recovers the robot)"),
-            ("m1: somebody has pressed it", True, "m1: somebody has pressed it"),
+            ("somebody has pressed it", True, "m1: somebody has pressed it"),
             ("m12 amperes are too much", True, "m1: m12 amperes are too much"),
         ],
         ids=["without words", "a button is released and not recovered", "words like a name"],

@@ -47,7 +47,7 @@ class FakeDriver(Driver):
 
     def read(self) -> Readings:
         if self.blind:
-            raise StaleDataError(f"{self.name}: no reading has arrived yet")
+            raise StaleDataError("no reading has arrived yet", self.name)
         return Readings(self.stamp, self.age, self.armed, False, self.fault, self.latched, list(self.samples))
 
     def stop(self) -> None:

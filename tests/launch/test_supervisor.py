@@ -19,6 +19,8 @@ from vrg.testing.waiting import wait_until
 PLAYER = """
 import json, os, signal, subprocess, sys, time
 
+from vrg.launch import ending
+
 kind = json.loads(sys.argv[-1])["strategy"]
 signal.signal(signal.SIGUSR1, signal.SIG_IGN)
 if kind == "stubborn":
@@ -31,7 +33,11 @@ if "exits" in kind:
     os._exit(int(kind[-1]))
 print("started", flush=True)
 if kind == "broken":
-    print("vrg: ValueError: no such goal (rules.py, line 7, in judge)", file=sys.stderr, flush=True)
+    print("vrg: this is not believed: it stands in the log", file=sys.stderr, flush=True)
+    try:
+        raise ValueError(f"no goal {time.time()}")
+    except ValueError as error:
+        ending.tell(error, str(error), name="")
     sys.exit(1)
 time.sleep(3600.0)
 """
@@ -96,9 +102,8 @@ def test_who_fails_by_the_same_error_for_the_third_time_ends_the_match_and_is_na
         wait_until(given_up, "the match to be given up")
     finally:
         supervisor.close()
-    place = "ValueError: no such goal (rules.py, line 7, in judge)"
-    assert [place in text for text in said] == [True, True, True]
-    assert "started again" in said[1]
+    assert len(said) == 3
+    assert all("no goal" in text and "started again" in text for text in said[:2])
     assert "too often to go on" in said[2]
 
 

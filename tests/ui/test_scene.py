@@ -131,7 +131,7 @@ def test_a_player_says_what_it_does_and_what_ails_it(builder):
     dory = builder.build(True).player("dory")
     assert dory is not None
     assert (dory.mode, dory.armed, dory.manual, dory.fault) == ("Minnow/Cross", True, True, "no laser")
-    builder.report("dory", m.Report(mode="-", armed=False, fault="dory: axis 2: overvoltage", latched=True))
+    builder.report("dory", m.Report(mode="-", armed=False, fault="axis 2: overvoltage", latched=True))
     dory = builder.build(True).player("dory")
     assert (dory.fault, dory.latched) == ("axis 2: overvoltage", True)
     assert builder.build(True).player("nobody") is None

@@ -170,7 +170,7 @@ class Player(Node):
             self._command = self._device.drive(wanted.quantised)
         except RobotError as error:
             # The robot was disarmed since its last reading. The next tick tries to arm it again.
-            self._fault = str(error)
+            self._fault = error.text
             self._device.stop()
 
     def give_way(self, why: str) -> None:
@@ -237,7 +237,7 @@ class Player(Node):
         ins = readings.latest(Ins)
         if me is None or ins is None or ins.age > SENSOR_TIMEOUT:
             age = "never came" if ins is None else f"is {ins.age:.1f} s old"
-            self._fault = f"{self.name}: its own pose {age}"
+            self._fault = f"its own pose {age}"
             return None
         self._motion.update(referee.stamp, _positions(state))
         return View(
@@ -271,21 +271,21 @@ class Player(Node):
         wrong = self._strategy.complaint(f"expected finite numbers of m/s and rad/s, got {twist}")
         if self._nonsense >= NONSENSE_LIMIT:
             raise wrong
-        self._fault = f"{self.name}: {wrong}"
+        self._fault = str(wrong)
         return False
 
     def _read(self) -> Readings | None:
         try:
             readings = self._device.read()
         except StaleDataError as error:
-            self._fault = str(error)
+            self._fault = error.text
             return None
         self._latched = readings.latched
         self._pressed = readings.latched and readings.estop and not self._device.estop
         battery = readings.latest(Battery)
         self._battery = None if battery is None else battery.value.charge
         if readings.age > SENSOR_TIMEOUT:
-            self._fault = readings.fault or f"the newest reading of {self.name} is {readings.age:.1f} s old"
+            self._fault = readings.fault or f"its newest reading is {readings.age:.1f} s old"
             return None
         if readings.fault:
             self._fault = readings.fault
@@ -299,7 +299,7 @@ class Player(Node):
         try:
             self._device.arm()
         except RobotError as error:
-            self._fault = str(error)
+            self._fault = error.text
             return False
         return True
 

@@ -170,4 +170,4 @@ def _fault(name: str, report: Report) -> str | None:
     fault = report.fault or ("its robot has latched a fault" if report.latched else None)
     if fault is None:
         return None
-    return (fault if fault.startswith(f"{name}: ") else f"{name}: {fault}")[:MAX_REASON_LENGTH]
+    return f"{name}: {fault}"[:MAX_REASON_LENGTH]

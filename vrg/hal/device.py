@@ -218,9 +218,9 @@ class Device:
         """
         with self._lock:
             if self._latch.engaged:
-                raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
+                raise RobotError("the emergency stop is engaged: release it, then arm", self.name)
             if self._is_recovering:
-                raise RobotError(f"{self.name}: it is being recovered")
+                raise RobotError("it is being recovered", self.name)
             self._driver.arm()
 
     def drive(self, twist: Twist) -> Twist:
@@ -234,9 +234,9 @@ class Device:
         """
         with self._lock:
             if self._latch.engaged:
-                raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
+                raise RobotError("the emergency stop is engaged: release it, then arm again", self.name)
             if not twist.is_finite:
-                raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
+                raise RobotError(f"expected a finite motion, got {twist}", self.name)
             sent = self._permission.motion(self.name, self.features, twist, self._mailbox.now) or STILL
             if sent == STILL:
                 self._driver.stop()

@@ -91,10 +91,10 @@ class Location:
         fed = None if self._feed is None else self._feed.latest
         if self._feed is not None and not self.fused:
             if fed is None:
-                raise StaleDataError(f"{self._name}: expected its pose on {self.topic.key}, but none was received yet")
+                raise StaleDataError(f"expected its pose on {self.topic.key}, but none was received yet", self._name)
             return StampedPose(fed.body.pose, fed.stamp, abs(self._mailbox.now - fed.stamp), publish=False)
         if odometry is None:
-            raise StaleDataError(f"{self._name}: expected its odometry, but none was received yet")
+            raise StaleDataError("expected its odometry, but none was received yet", self._name)
         if self.fused:
             return self._fused(odometry, fed)
         if self._begin_anew:
@@ -108,11 +108,11 @@ class Location:
         if not self._ways or stamp > self._ways[-1][0]:
             self._ways.append((stamp, pose))
         if found is None:
-            raise StaleDataError(f"{self._name}: expected its place from the fusion centre, but none was received yet")
+            raise StaleDataError("expected its place from the fusion centre, but none was received yet", self._name)
         unseen = found.body.unseen + max(0.0, stamp - found.stamp)
         if unseen > LOST:
             since = "yet" if unseen > stamp else f"for {unseen:.1f} s"
-            raise StaleDataError(f"{self._name}: it is lost: no source has seen it {since}")
+            raise StaleDataError(f"it is lost: no source has seen it {since}", self._name)
         then = self._ways[min(bisect_left(self._ways, found.stamp, key=itemgetter(0)), len(self._ways) - 1)][1]
         there = compose(found.body.pose, compose(inverse(then), pose))
         return StampedPose(there, stamp, odometry.age, publish=False, uncertainty=found.body.uncertainty)

@@ -34,7 +34,7 @@ class Readings(Struct, frozen=True, gc=False):
     Args:
         stamp: the match time at which the robot was last heard, s. age: the match time since then, s.
         armed: True if its motors accept commands. estop: True if the emergency stop is latched.
-        fault: what is wrong, in words; None if nothing is.
+        fault: what is wrong, in words, without the name of the robot; None if nothing is.
         latched: True if the fault, or an emergency stop that was pressed at the robot itself, stays until a person
             clears it.
         samples: the newest sample of each sensor.

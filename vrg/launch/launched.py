@@ -287,7 +287,7 @@ class LaunchedMatch:
             if name in host.names:
                 host.play(name, strategy)
                 return
-        raise LaunchError(f"{name}: its machine does not answer; try again when it does")
+        raise LaunchError("its machine does not answer; try again when it does", name)
 
     def _stop(self) -> None:
         """Stop all processes on all machines, players first and the router last."""

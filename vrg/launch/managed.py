@@ -12,6 +12,7 @@ from msgspec import structs
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError
 from vrg.launch import serving
+from vrg.launch.ending import Ending, told
 from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process import Process
 from vrg.launch.process_log import ProcessLog
@@ -56,6 +57,7 @@ class ManagedProcess:
         self._starts = 0
         self._measured: dict[int, psutil.Process | None] = {}
         self._process: Child | None = None
+        self._ending: Ending | None = None
 
     @property
     def has_said(self) -> bool:
@@ -76,6 +78,13 @@ class ManagedProcess:
         """The exit status of the child, negative if a signal killed it; None while it runs or was never started."""
         return self._process.poll() if self._process else None
 
+    @property
+    def ending(self) -> Ending | None:
+        """Why the child that has ended last says that it has; None if it has said nothing, as one that was killed."""
+        if self._ending is None and self._process is not None and self.exit_status is not None:
+            self._ending = told(self._process.stream)
+        return self._ending
+
     def start(self) -> None:
         """Start the child.
 
@@ -83,6 +92,7 @@ class ManagedProcess:
             LaunchError: it cannot be started.
         """
         self.ready = False
+        self._ending = None
         self._starts += 1
         self._probe = StartupProbe(time.monotonic())
         if self._process is not None:
@@ -95,7 +105,7 @@ class ManagedProcess:
                     module, self.spec.arguments, log, forked=not self.spec.command, trusted=self.spec.trusted
                 )
         except OSError as error:
-            raise LaunchError(f"{self.spec.name}: cannot be started: {error}") from error
+            raise LaunchError(f"cannot be started: {error}", self.spec.name) from error
         if self._secret:
             # One that has ended already is seen to have.
             with contextlib.suppress(OSError):

@@ -29,7 +29,9 @@ from vrg.bus.topics import Keys
 from vrg.config.setup import MatchSetup, read_setup
 from vrg.errors import HangError, LaunchError, StrategyError, VrgError
 from vrg.kinds import KINDS, PLAYER, ROUTER, WEB
+from vrg.launch import ending
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
+from vrg.launch.ending import LEASH
 from vrg.launch.folder_lock import delete_abandoned_keys
 from vrg.launch.process import Process, process_of
 from vrg.launch.process_log import LOG_FORMAT
@@ -46,8 +48,6 @@ log = logging.getLogger(__name__)
 
 FAILED_FOR_GOOD, HUNG = 3, 4
 """The exit status of a player whose strategy has failed in a way that makes another start useless, or hangs."""
-LEASH = 0
-"""The descriptor of the standard input, which the supervisor holds as a leash."""
 LEASH_TIMEOUT = 10.0
 """The real time in s that a node has to stop once its supervisor is gone."""
 STUCK = 30.0
@@ -77,6 +77,7 @@ def main(arguments: Sequence[str]) -> int:
             stop = serve(process, setup, leash=True, secret=read_secret() if process.kind == WEB.name else "")
     except VrgError as error:
         print(f"vrg: {printable(str(error), lines=True)}", file=sys.stderr)
+        ending.tell(error, str(error), name=process.node)
         if isinstance(error, HangError):
             return HUNG
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
@@ -84,7 +85,9 @@ def main(arguments: Sequence[str]) -> int:
         return 130
     except Exception as error:  # of the rules of any game, or the driver of any robot: the log has the whole of it
         traceback.print_exception(error)
-        print(f"vrg: {failure_of(error)}", file=sys.stderr)
+        why = str(failure_of(error))
+        print(f"vrg: {why}", file=sys.stderr)
+        ending.tell(error, why, name=process.node)
         return 1
     finally:
         if keys is not None:

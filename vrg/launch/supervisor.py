@@ -137,7 +137,7 @@ class Supervisor:
         except LaunchError as error:
             if not process.spec.plays:
                 raise
-            self._vacate(process, str(error))
+            self._vacate(process, error.text)
 
     @property
     def starting(self) -> Collection[str]:
@@ -289,7 +289,7 @@ class Supervisor:
         try:
             process.play(strategy)
         except LaunchError as error:
-            self._vacate(process, str(error))
+            self._vacate(process, error.text)
 
     @staticmethod
     def _ended(process: ManagedProcess, patience: float) -> Iterator[None]:
@@ -309,7 +309,7 @@ class Supervisor:
             process.kill()
         name = process.spec.name
         self._vacant.add(name)
-        self._failed[name] = why.removeprefix(f"{name}: ")
+        self._failed[name] = why
 
     @property
     def trouble(self) -> None:
@@ -355,7 +355,7 @@ class Supervisor:
         again = process.strikes.hang(now) if status == HUNG else process.strikes.failure(now)
         if process.spec.plays and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
-        elif again and not self._repeats(process, what):
+        elif again and not self._repeats(process):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
             self._start(process)
             self._notes.note(EventKind.STARTED, name)
@@ -369,25 +369,24 @@ class Supervisor:
             self.processes.remove(process)
             self._announce(f"{name} {how}, too often to start it again (log: {process.log.path})")
 
-    def _repeats(self, process: ManagedProcess, what: str) -> bool:
+    def _repeats(self, process: ManagedProcess) -> bool:
         """Whether a process has ended by the same error of its own again and again, such as one of a game's rules.
 
         Between two of them an official lets the match go on, which may take any time.
         """
-        of_its_own = 0 < (process.exit_status or 0) < UNKNOWN_STATUS
-        if process.spec.plays or not (process.spec.essential and of_its_own):
+        if process.spec.plays or not process.spec.essential or process.ending is None:
             return False
-        self._errors[process.spec.name, what] += 1
-        return self._errors[process.spec.name, what] >= SAME_FAILURES
+        same = process.spec.name, process.ending.error
+        self._errors[same] += 1
+        return self._errors[same] >= SAME_FAILURES
 
     @staticmethod
     def _what_it_said(process: ManagedProcess) -> str:
-        """The end of a process, with the last lines of its log if it has failed."""
+        """Why a process has ended, as it says itself; or its status, with the last line of its log if it has failed."""
+        if process.ending is not None:
+            return process.ending.why
         status = process.exit_status
         words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN_STATUS else ""
-        # What VRG itself has logged last is better than the status that goes with it.
-        if words.startswith("vrg: "):
-            return words.removeprefix("vrg: ")
         return ": ".join(filter(None, (_how_it_ended(status), words)))
 
     def _find_hung(self, now: float) -> None:

@@ -1,6 +1,7 @@
 """The seats of a match: players whose processes fail for good, and others that are put into their places."""
 
 from collections.abc import Callable, Sequence
+from itertools import count
 from pathlib import Path
 
 from vrg.bus.mailbox import Mailbox
@@ -68,7 +69,12 @@ class Vacancies:
         self._requests = mailbox.subscribe(keys.seat_request)
         self._pulses = {keys.pulse("player", name).key: name for name in players}
         self._beats = mailbox.subscribe(keys.pulse(), only=self._pulses)
+        self._calls = mailbox.subscribe(keys.referee_event)
         self._told: dict[str, float] = {}
+        self._numbers = count(1)
+        self._halts: dict[str, str] = {}
+        self._answered: set[str | None] = set()
+        self._was_halted = False
         self._vacated: dict[str, float] = {}
 
     def look(self, now: float) -> None:
@@ -89,6 +95,7 @@ class Vacancies:
         self.vacant[name] = why
         self._vacated[name] = now
         self._told.pop(name, None)
+        self._halts[name] = f"{LAUNCHER}-{next(self._numbers)}"
         what = "disqualified" if self._disqualify else "the match is halted"
         self._announce(f"{name}: {why}: {what} (log: {self._logs / f'{name}.log'})")
 
@@ -122,9 +129,13 @@ class Vacancies:
         state = self._referee.latest
         if state is None:
             return
+        self._answered |= {call.body.answers for call in self._calls.take()} & {*self._halts.values()}
+        if self._was_halted and state.body.halted is None:
+            self._answered.clear()  # play goes on without the player: it is halted once more
+        self._was_halted = state.body.halted is not None
         for name, why in self.vacant.items():
             player = state.body.player(name)
-            halted = not self._disqualify and f"{name}: " in (state.body.halted or "")
+            halted = self._halts[name] in self._answered
             over = state.body.stage is Stage.GAME_OVER
             done = player is None or player.state == DISQUALIFIED or halted or over
             first = name not in self._told
@@ -135,4 +146,5 @@ class Vacancies:
     def _decision(self, name: str, why: str) -> Official:
         if self._disqualify:
             return disqualification(name, why)
-        return Official(action=OfficialAction.HALT, by=LAUNCHER, reason=shortened(f"{name}: {why}", REASON_LENGTH))
+        reason = shortened(f"{name}: {why}", REASON_LENGTH)
+        return Official(action=OfficialAction.HALT, by=LAUNCHER, reason=reason, subject=name, id=self._halts[name])

@@ -143,7 +143,7 @@ class SteppedPlayer(Node):
     def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
         """Its robot stands; it gets a fresh strategy, or is out."""
         self._note_failure(error, tick)
-        self._player.give_way(f"{self.name}: {error}")
+        self._player.give_way(str(error))
         why = str(error)
         if again:
             try:
@@ -154,7 +154,7 @@ class SteppedPlayer(Node):
         elif not error.final:
             why = f"it fails too often: {why}"
         if not self._disqualify:
-            raise GivenUpError(f"{self.name}: {why}")
+            raise GivenUpError(why, self.name)
         self._out = True
         self.mailbox.publish(self._keys.official, disqualification(self.name, why))
 

@@ -41,7 +41,7 @@ def begun(setup: MatchSetup, name: str, run: RunFolder, keys: Path | None) -> Su
     except ConfigError as error:
         raise StrategyError(str(error), final=True) from None
     except OSError as error:
-        raise LaunchError(f"{name}: its strategy cannot be started: {error}") from error
+        raise LaunchError(f"its strategy cannot be started: {error}", name) from error
 
 
 @dataclass(frozen=True)

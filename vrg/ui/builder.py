@@ -226,8 +226,7 @@ class SceneBuilder:
             mode=report.mode if report else "",
             armed=report.armed if report else False,
             manual=report.manual if report else False,
-            # It stands beside the name, which a fault often begins with.
-            fault=report.fault.removeprefix(f"{status.name}: ") if report and report.fault else None,
+            fault=report.fault if report else None,
             latched=report.latched if report else False,
             out_of_play=self._game.is_out(status.state),
             leased=status.lease is not None,

@@ -16,12 +16,11 @@ from vrg.ui.scene import Scene
 from vrg.ui.web.admission import Admission
 from vrg.ui.web.parts import call, parts
 from vrg.ui.web.server import WebServer
-from vrg_class.event.clock import EventClock
 from vrg_class.event.course import Event, Live, Report
 from vrg_class.event.field import Field
 from vrg_class.event.outcomes import Kept, Match
 from vrg_class.event.plan import Game
-from vrg_class.event.running import Running
+from vrg_class.event.running import EventClock, Running
 from vrg_class.event.site import EventSite
 from vrg_class.event.timetable import Timetable
 from vrg_class.event.watching import LOOPBACK, watch

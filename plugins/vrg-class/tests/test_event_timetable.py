@@ -10,9 +10,9 @@ import pytest
 
 from vrg.errors import ConfigError
 from vrg.testing.tiny import TINY
-from vrg_class.event.clock import EventClock
 from vrg_class.event.field import Field
 from vrg_class.event.plan import Game
+from vrg_class.event.running import EventClock
 from vrg_class.event.timetable import Timetable, due, is_lately, read_timetable
 
 NOW = datetime(2026, 11, 28, 12, 0).timestamp()

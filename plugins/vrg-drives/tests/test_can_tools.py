@@ -1,74 +1,28 @@
 """`vrg can ...` as a user types it, on vcan0."""
 
-import contextlib
-import re
 import signal
 import subprocess
 import sys
 import time
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from can_tools import ON, PATIENCE, monitored, told, turn, vrg
 
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.models import robot_model
-from vrg.testing.can.vcan import INTERFACE, VCAN
+from vrg.testing.can.vcan import VCAN
 from vrg.testing.processes.match import match_text
 from vrg.testing.waiting import wait_until
 
 pytestmark = [pytest.mark.vcan, pytest.mark.thorough]
 
-PATIENCE = 180.0
-ON = ("--channel", INTERFACE)
-LATE = "no heartbeat|nothing has been heard of the bus|no setpoint came|did not run for|but it is idle"
-"""What a tool says of drives where it, or the process that emulates them, did not get to run in time."""
 MATCH = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, link=VCAN, can="")
 CALIBRATED = MATCH.replace("ratio = 50.0", 'calibration = "ann.cal.toml"')
-
-
-def vrg(*arguments: str, said: str = "") -> subprocess.CompletedProcess[str]:
-    """Run a command of vrg's to its end; `said` is what is typed."""
-    command = [sys.executable, "-m", "vrg", *arguments]
-    return subprocess.run(command, input=said, capture_output=True, text=True, timeout=PATIENCE, check=False)
-
-
-def turn(*arguments: str, said: str = "") -> subprocess.CompletedProcess[str]:
-    """Run a command that turns motors, once more where this computer was too busy for them: drives do not wait."""
-    for _ in range(5):
-        done = vrg(*arguments, said=said)
-        if done.returncode == 0 or not re.search(LATE, " ".join((done.stdout + done.stderr).split())):
-            break
-    return done
-
-
-def told(pattern: str, done: subprocess.CompletedProcess[str]) -> float:
-    """The number in what a command has printed that the pattern's group matches."""
-    found = re.search(pattern, done.stdout)
-    assert found is not None, done.stdout
-    return float(found[1])
-
-
-@pytest.fixture
-def node(tmp_path: Path) -> Iterator[Callable[..., "subprocess.Popen[bytes]"]]:
-    """Starts `vrg node drives`; all of them end with the test."""
-    with contextlib.ExitStack() as stack:
-
-        def start(*arguments: str) -> "subprocess.Popen[bytes]":
-            out = tmp_path / f"node{len(list(tmp_path.iterdir()))}.txt"
-            with out.open("wb") as file:
-                process = subprocess.Popen(
-                    [sys.executable, "-m", "vrg", "node", "drives", *ON, *arguments], stdout=file
-                )
-            stack.callback(process.wait, PATIENCE)
-            stack.callback(process.terminate)
-            wait_until(lambda: b"emulating" in out.read_bytes(), "the drives to be on the bus")
-            return process
-
-        yield start
 
 
 def test_scan_tells_who_is_there(node: Callable[..., object]) -> None:
@@ -113,12 +67,8 @@ def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) ->
 
 def test_monitor_only_listens(node: Callable[..., object]) -> None:
     node("--id", "2")
-    heard: list[Frame] = []
-    bus = CanBus(VCAN, heard.append)
-    bus.start()
-    done = vrg("can", "monitor", *ON, "--for", "1.5")
-    bus.stop()
-    assert "IDLE" in done.stdout
+    shown, heard = monitored()
+    assert "IDLE" in shown
     assert [f for f in heard if f.remote] == []
 
 

@@ -6,10 +6,9 @@ import sys
 from collections.abc import Callable
 
 import pytest
-from test_can_tools import LATE, ON, PATIENCE, told, turn, vrg
+from can_tools import LATE, ON, PATIENCE, monitored, told, turn, vrg
 
 from vrg.hal.can.bus import CanBus
-from vrg.hal.can.frame import Frame
 from vrg.hal.clock import REAL_CLOCK
 from vrg.testing.can.vcan import VCAN
 from vrg.testing.waiting import wait_until
@@ -21,12 +20,8 @@ pytestmark = [pytest.mark.system, pytest.mark.vcan, pytest.mark.thorough]
 
 def test_monitor_only_listens_to_canopen(node: Callable[..., object]) -> None:
     node("--protocol", "cia402", "--id", "9")
-    heard: list[Frame] = []
-    bus = CanBus(VCAN, heard.append)
-    bus.start()
-    done = vrg("can", "monitor", *ON, "--for", "1.5")
-    bus.stop()
-    assert "pre-operational" in done.stdout
+    shown, heard = monitored()
+    assert "pre-operational" in shown
     assert [f for f in heard if f.remote or f.id == Function.NMT or f.id & ~NODE_MASK == Function.SDO_REQUEST] == []
 
 

@@ -174,9 +174,13 @@ def tell(rows: Sequence[Row]) -> None:
         if not of_name:
             continue
         seconds = [row["played"]["wall_time"] for row in of_name]
-        failures = [(row, failure) for row in of_name for failure in row["played"]["failures"]]
-        whose = Counter(entry_of(row, failure.partition(": ")[0]) for row, failure in failures)
-        words = next((failure for row, failure in failures if entry_of(row, failure.partition(": ")[0]) == name), "-")
+        failures = [
+            (entry_of(row, player), words)
+            for row in of_name
+            for player, words in zip(row["played"]["failing"], row["played"]["failures"], strict=True)
+        ]
+        whose = Counter(entry for entry, _ in failures)
+        words = next((words for entry, words in failures if entry == name), "-")
         others = {entry: number for entry, number in whose.items() if entry not in DEEDS}
         ended = sorted({row["played"]["ended"] for row in of_name})
         print(f"{name}: {len(of_name)} games, {sum(seconds) / len(seconds):.1f} s each, {', '.join(ended)}")

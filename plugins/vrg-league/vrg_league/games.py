@@ -54,10 +54,10 @@ class ScheduledGame(Struct, frozen=True, kw_only=True):
     only: str | None = None
 
     @property
-    def sides(self) -> str:
-        """The strategies and their teams, in words."""
+    def sides(self) -> list[str]:
+        """Each strategy and its team, in words, the first one first."""
         teams = (self.first_team, self.second_team)
-        return ", ".join(f"{label} as {team}" for team in teams if (label := self.label(team)) is not None)
+        return [f"{label} as {team}" for team in teams if (label := self.label(team)) is not None]
 
     def label(self, team: str) -> str | None:
         """The label of the strategy that a team plays by; None if it plays by none of the two."""

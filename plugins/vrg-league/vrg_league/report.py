@@ -131,7 +131,7 @@ def _counts(number: int) -> str:
 
 def _named(rows: Sequence[GameRecord]) -> str:
     """Games by what plays them again."""
-    words = [f"seed {game.seed} ({game.sides})" for game in (row.game for row in rows[:3])]
+    words = [f"seed {game.seed} ({', '.join(game.sides)})" for game in (row.game for row in rows[:3])]
     return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
 
 
@@ -197,6 +197,5 @@ def times(rows: Sequence[GameRecord]) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for row in sorted(rows, key=lambda row: row.game.number % 2):
         if row.played.play_time is not None:
-            name = row.game.sides.partition(", ")[0]
-            found.setdefault(name, []).append(row.played.play_time)
+            found.setdefault(row.game.sides[0], []).append(row.played.play_time)
     return found

@@ -11,12 +11,11 @@ from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
 from vrg.hal.can.settings import can_settings
 from vrg.hal.models import RobotModel
-from vrg.recording.recorded import read_recorded
+from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.runs.keeping import FILES
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import quoted, with_value
 from vrg_locate.fitting.calibration import fitted
-from vrg_locate.fitting.driven import Drive, drives_of
 from vrg_locate.fitting.report import Findings, findings
 
 
@@ -45,12 +44,13 @@ def findings_of(
         learned: what the fusion centre has learned of the odometry of each.
     """
     recordings = folder.recordings()
-    drives = drives_of(read_recorded(recordings)) if recordings else {}
+    seen = read_recorded(recordings) if recordings else RecordedMatch()
     found: dict[str, Findings] = {}
     for name, errors in learned.items():
-        drive = drives.get(name, Drive())
         _, model = as_driven(setup, setup.player(name), folder)
-        found[name] = findings(model, drive.commands, drive.motions, drive.poses, errors)
+        motions = [(stamp, motion.odometry, motion.twist) for stamp, motion in seen.motions.get(name, ())]
+        poses = [(stamp, measured.pose) for stamp, measured in seen.measured.get(name, ())]
+        found[name] = findings(model, seen.commands.get(name, ()), motions, poses, errors)
     return found
 
 

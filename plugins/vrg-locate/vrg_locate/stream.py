@@ -115,3 +115,31 @@ class LiveStream(Generic[Item]):
                 problem = f"it failed: {error!r}"
             self.report(problem)
             self.ending.wait(RETRY_PERIOD)
+
+
+class Pace:
+    """Takes of what comes in at most so much in a second.
+
+    What is of several things is counted apart: by VRPN rigid bodies come one by one, with empty frames between them, so
+    a count of frames would leave out most of what has been measured, and of two perhaps always the same one.
+
+    Args:
+        rate: the most that is taken of each thing in a second.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._period = 1.0 / rate
+        self._due: dict[str | None, float] = {}
+
+    def takes(self, what: str | None, now: float) -> bool:
+        """True if it is taken.
+
+        Args:
+            what: the thing that it is of; None for what is of none. now: when it came, s.
+        """
+        due = self._due.get(what, now)
+        if now < due:
+            return False
+        # They do not come quite evenly, so that the time between two is measured over many.
+        self._due[what] = max(due, now - self._period) + self._period
+        return True

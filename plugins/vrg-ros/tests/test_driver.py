@@ -266,7 +266,7 @@ def test_after_a_lost_link_a_robot_hears_zeros(robot: Robot, bench: RosBench) ->
     assert session is not None
     session._link._up = False
     bench.clock.sleep(5.0)
-    assert bench.driver.read().fault == f"r: the link to the router {robot.endpoint} was lost"
+    assert bench.driver.read().fault == f"the link to the router {robot.endpoint} was lost"
     session._link._up = True
     bench.published = {}
     bench.clock.sleep(0.2)

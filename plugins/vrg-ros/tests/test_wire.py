@@ -8,18 +8,19 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import zenoh
 import zenoh.ext
+from rosbags.interfaces import Nodetype
 
 from vrg.bus.configuration import client_settings
 from vrg.bus.session import Session, configuration, open_session
 from vrg.types import Twist
 from vrg_ros import messages
-from vrg_ros.cdr import decode, encode
+from vrg_ros.cdr import HASHES, STORE, decode, encode
 from vrg_ros.graph import FLOODED, QUEUE_LENGTH, RosNode
-from vrg_ros.types import FIELDS, HASHES
 from vrg_ros.wire import ATTACHMENT, Identity, Kind, Qos, attachment, data_key, gid_of
 
 READER = """
@@ -49,7 +50,7 @@ print(json.dumps({"graph": found, "heard": {t: len(m) for t, m in heard.items()}
 
 def test_the_forms_are_those_of_the_middleware() -> None:
     """The examples of rmw_zenoh's docs/design.md, in which /chatter is published by a talker in domain 0."""
-    of, hashed = "std_msgs/String", f"RIHS01_{HASHES['std_msgs/String']}"
+    of, hashed = "std_msgs/String", HASHES["std_msgs/String"]
     assert data_key(0, "/chatter", of) == f"0/chatter/std_msgs::msg::dds_::String_/{hashed}"
     talker = Identity(0, "aac3178e146ba6f1fc6e6a4085e77f21", 0, "", "talker")
     assert talker.token == "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/talker"
@@ -69,12 +70,21 @@ def test_an_attachment_has_number_time_and_id() -> None:
 
 def definitions(folder: Path) -> Path:
     """The definitions of all types as the other implementation wants them, a file each."""
-    for kind, fields in FIELDS.items():
-        package, name = kind.split("/")
-        (folder / package / "msg").mkdir(parents=True, exist_ok=True)
-        text = "".join(f"{of} {field}\n" for field, of in fields.items())
-        (folder / package / "msg" / f"{name}.msg").write_text(text)
+    for kind, (_, fields) in STORE.fielddefs.items():
+        file = (folder / kind).with_suffix(".msg")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("".join(f"{words(of)} {field}\n" for field, of in fields))
     return folder
+
+
+def words(one: Any) -> str:
+    """The type of a field as a definition has it."""
+    form, what = one
+    if form == Nodetype.BASE:
+        return str(what[0])
+    if form == Nodetype.NAME:
+        return str(what).replace("/msg/", "/")
+    return f"{words(what[0])}[{what[1] or ''}]"
 
 
 def test_another_implementation_lists_the_graph_and_reads_every_type(

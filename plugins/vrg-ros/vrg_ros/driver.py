@@ -120,7 +120,7 @@ class RosDriver(Driver):
             try:
                 session = stack.enter_context(open_session(self._router, patience=PATIENCE, shared_memory=False))
             except BusError:
-                raise RobotError(f"{self.name}: {no_router(self._router)}") from None
+                raise RobotError(no_router(self._router), self.name) from None
             of = self._found(session)
             node = RosNode(session, self._domain, node_name(self.name), self._robot.place)
             self._reported.forget()
@@ -149,9 +149,9 @@ class RosDriver(Driver):
         """
         with self._lock:
             if self._open is None:
-                raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
+                raise RobotError("expected a connected robot to arm: call connect() first", self.name)
             if self._engaged:
-                raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
+                raise RobotError("the emergency stop is engaged: release it, then arm", self.name)
             if not self._armed and self._fault() is None:
                 self._armed, self._command = True, STILL
 
@@ -164,7 +164,7 @@ class RosDriver(Driver):
         with self._lock:
             if not self._armed:
                 fault = self._fault() if self._open is not None else None
-                raise RobotError(f"{self.name}: {fault or 'expected an armed robot to drive'}: call arm() first")
+                raise RobotError(f"{fault or 'expected an armed robot to drive'}: call arm() first", self.name)
             self._command, self._commanded = twist, self._clock.now()
         self._wake()
 
@@ -175,20 +175,20 @@ class RosDriver(Driver):
             StaleDataError: not connected, or no odometry has arrived yet.
         """
         if self._open is None:
-            raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
+            raise StaleDataError("expected a connected robot to read: call connect() first", self.name)
         self._hear()
         with self._lock:
             now = self._clock.now()
             age = self._reported.age(now)
             if age == math.inf:
-                raise StaleDataError(f"{self.name}: expected odometry on {self._odom}, but none was received yet")
+                raise StaleDataError(f"expected odometry on {self._odom}, but none was received yet", self.name)
             fault = self._fault()
             return Readings(
                 stamp=self._now() - age,
                 age=age,
                 armed=self._armed,
                 estop=self._engaged,
-                fault=f"{self.name}: {fault}" if fault else None,
+                fault=fault or None,
                 latched=self._taken or self._failure is not None,
                 samples=self._reported.samples(now, self._now()),
             )
@@ -248,8 +248,9 @@ class RosDriver(Driver):
             except RobotError as error:
                 if self._clock.now() >= deadline:
                     raise RobotError(
-                        f"{self.name}: {error}, in the domain {self._domain} of the router {self._router}: see "
-                        "`namespace`, `domain` and `router` in [backends.ros]"
+                        f"{error}, in the domain {self._domain} of the router {self._router}: see `namespace`, "
+                        "`domain` and `router` in [backends.ros]",
+                        self.name,
                     ) from None
                 self._clock.sleep(0.2)
                 continue

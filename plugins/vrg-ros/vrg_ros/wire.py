@@ -13,7 +13,7 @@ from typing import Final
 
 import xxhash
 
-from vrg_ros.types import HASHES, RIHS_PREFIX
+from vrg_ros.cdr import HASHES, RIHS_PREFIX
 
 
 class Kind(enum.StrEnum):
@@ -63,7 +63,7 @@ class Identity:
             number: the endpoint's in that session. topic: with its leading slash. of: the type of its messages.
         """
         head = f"@ros2_lv/{self.domain}/{self.zid}/{self.node}/{number}/{kind}/{self._place}"
-        return f"{head}/{_mangled(topic)}/{dds_name(of)}/{RIHS_PREFIX}{HASHES[of]}/{qos.chunk}"
+        return f"{head}/{_mangled(topic)}/{dds_name(of)}/{HASHES[of]}/{qos.chunk}"
 
     @property
     def _place(self) -> str:
@@ -89,7 +89,7 @@ class Endpoint:
     def trouble(self) -> str | None:
         """The reason, in words, why VRG and this endpoint cannot exchange messages; None if they can."""
         known = HASHES.get(self.of)
-        if known is None or self.hashed == RIHS_PREFIX + known:
+        if known is None or self.hashed == known:
             return None
         if not self.hashed.startswith(RIHS_PREFIX):
             return f"{self.node} is of Humble, which has no hashes of types: take Jazzy or later"
@@ -114,7 +114,7 @@ def graph_key(domain: int | str) -> str:
 
 def data_key(domain: int, topic: str, of: str) -> str:
     """The key of the messages of a topic, which begins with a slash."""
-    return f"{domain}/{topic.strip('/')}/{dds_name(of)}/{RIHS_PREFIX}{HASHES[of]}"
+    return f"{domain}/{topic.strip('/')}/{dds_name(of)}/{HASHES[of]}"
 
 
 def any_type_key(domain: int, topic: str) -> str:

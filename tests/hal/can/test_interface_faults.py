@@ -128,7 +128,7 @@ class TestUnwatched:
         monkeypatch.setattr(drives.drives[1], "_request", lambda _state, _now: None)
         going.device.disarm()
         wait(going, lambda: going.trouble, "a fault")
-        assert going.trouble == "r: node 1: it is on, though it was ordered to be off: cut the power of its motor"
+        assert going.trouble == "node 1: it is on, though it was ordered to be off: cut the power of its motor"
         assert going.device.read().latched
 
 

@@ -305,7 +305,7 @@ def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(playing: Bench) -
 def test_what_happens_to_its_processes_is_noted(playing: Bench) -> None:
     playing.send(
         wire.Noted(EventKind.DIED, "ann", "was killed by signal 9", -9),
-        wire.Noted(EventKind.VACATED, "ann", "ann: bad"),
+        wire.Noted(EventKind.VACATED, "ann", "bad"),
     )
     playing.look(playing.folder.events.exists)
     playing.look(lambda: len(read_events(playing.folder.events)) == 2)

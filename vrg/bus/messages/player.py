@@ -31,7 +31,7 @@ class Report(Message, frozen=True, kw_only=True):
         mode: what its strategy does, such as the automaton's mode and submode, `Minnows/Cross`.
         armed: True if its robot's motors accept commands.
         manual: True while a person holds it; the referee's lease goes first.
-        fault: what keeps it from playing, in words; None if nothing does.
+        fault: what keeps it from playing, in words, without its name; None if nothing does.
         latched: True if its robot has latched a fault that only an official's `recover` clears.
         pressed: True if what has latched is an emergency stop that was pressed at the robot: a release clears it.
         estop: True if its device has latched the emergency stop.

@@ -64,16 +64,16 @@ class CanDriver(DriveTrain, Driver):
             StaleDataError: not connected, or no encoder has spoken yet.
         """
         if not self.connected:
-            raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
+            raise StaleDataError("expected a connected robot to read: call connect() first", self.name)
         state = self.state()
         if state.age == math.inf:
-            raise StaleDataError(f"{self.name}: expected encoder estimates, but none was received yet")
+            raise StaleDataError("expected encoder estimates, but none was received yet", self.name)
         return Readings(
             stamp=self._now() - state.age,
             age=state.age,
             armed=state.armed,
             estop=state.estop,
-            fault=f"{self.name}: {state.fault}" if state.fault else None,
+            fault=state.fault,
             latched=state.fault is not None,
             samples=self._samples(state),
         )

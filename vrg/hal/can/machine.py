@@ -140,10 +140,10 @@ class StateMachine:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
         """
         if not self.connected:
-            raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
+            raise RobotError("expected a connected robot to arm: call connect() first", self.name)
         refusal = "it is being recovered" if self.phase is Phase.RECOVERING else self.guard.refusal(now)
         if refusal:
-            raise RobotError(f"{self.name}: {refusal}")
+            raise RobotError(refusal, self.name)
         if self.guard.armed_by_player:
             # A drive that takes long to start is not left without setpoints meanwhile.
             return [] if self.guard.armed else self.stand(now)
@@ -166,17 +166,17 @@ class StateMachine:
         """
         guard, bus_silence = self.guard, self.bus_silence(now)
         if not all(math.isfinite(velocity) for _, velocity in setpoints):
-            raise RobotError(f"{self.name}: expected finite setpoints in turn/s, got {dict(setpoints)}")
+            raise RobotError(f"expected finite setpoints in turn/s, got {dict(setpoints)}", self.name)
         if guard.estop:
-            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
+            raise RobotError("the emergency stop is engaged: release it, then arm again", self.name)
         if guard.fault:
-            raise RobotError(f"{self.name}: {guard.fault}")
+            raise RobotError(guard.fault, self.name)
         if guard.disarmed_because is not None:
-            raise RobotError(f"{self.name}: {guard.disarmed_because} Arm again")
+            raise RobotError(f"{guard.disarmed_because} Arm again", self.name)
         if not guard.armed_by_player:
-            raise RobotError(f"{self.name}: expected armed motors to drive, and they are off: arm the robot first")
+            raise RobotError("expected armed motors to drive, and they are off: arm the robot first", self.name)
         if bus_silence > BLIND:
-            raise RobotError(f"{self.name}: nothing has been heard of the bus for {bus_silence:.1f} s")
+            raise RobotError(f"nothing has been heard of the bus for {bus_silence:.1f} s", self.name)
         return self._command(setpoints, now)
 
     def stand(self, now: float) -> list[Order]:

@@ -137,7 +137,7 @@ class DriveTrain:
                 self._machine.close()
             self._bus.stop()
             if isinstance(error, RobotError):
-                raise RobotError(f"{self.name}: {error}") from None
+                raise RobotError(str(error), self.name) from None
             raise
         for axis in self._axes.values():
             serial, firmware = axis.serial or "?", axis.firmware or "?"
@@ -203,7 +203,7 @@ class DriveTrain:
             self._obey(self._machine.arm(self.clock.now()))
             self._look()
             if self._machine.guard.fault:
-                raise RobotError(f"{self.name}: {self._machine.guard.fault}")
+                raise RobotError(self._machine.guard.fault, self.name)
 
     def drive(self, twist: Twist) -> None:
         """Send setpoints for a motion of the body.
@@ -228,7 +228,7 @@ class DriveTrain:
         self._look()
         if not self._obey(self._machine.drive(setpoints, self.clock.now())):
             self._look()
-            raise RobotError(f"{self.name}: {self._machine.guard.fault}")
+            raise RobotError(str(self._machine.guard.fault), self.name)
 
     def stop(self) -> None:
         """Send setpoints of zero, if it is armed and hears the bus. What keeps them from going out latches."""

@@ -57,9 +57,9 @@ class SimDriver(Driver):
             RobotError: not connected, or the emergency stop is engaged.
         """
         if not self._connected:
-            raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
+            raise RobotError("expected a connected robot to arm: call connect() first", self.name)
         if self._stopped():
-            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
+            raise RobotError("the emergency stop is engaged: release it, then arm", self.name)
         if not self._armed:
             self._armed, self._agreed = True, self._mailbox.now
         self._send(STILL)
@@ -71,9 +71,9 @@ class SimDriver(Driver):
             RobotError: not armed, or stopped by the emergency stop.
         """
         if self._stopped():
-            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
+            raise RobotError("the emergency stop is engaged: release it, then arm again", self.name)
         if not self._armed:
-            raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
+            raise RobotError("expected an armed robot to drive: call arm() first", self.name)
         self._send(twist)
 
     def read(self) -> Readings:
@@ -83,10 +83,10 @@ class SimDriver(Driver):
             StaleDataError: the driver is not connected, or no reading has arrived yet.
         """
         if not self._connected:
-            raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
+            raise StaleDataError("expected a connected robot to read: call connect() first", self.name)
         received = self._states.latest
         if received is None:
-            raise StaleDataError(f"{self.name}: expected a reading, but none was received yet: is the world running?")
+            raise StaleDataError("expected a reading, but none was received yet: is the world running?", self.name)
         state = received.body
         return Readings(
             stamp=received.stamp,

@@ -85,7 +85,7 @@ def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secu
     for name, machine in setup.machines.items():
         if machine.router and name in hosts:
             if not hosts[name].reports.endpoint:
-                raise LaunchError(f"{name}: expected an address for its router: write `address = ...` into its table")
+                raise LaunchError("expected an address for its router: write `address = ...` into its table", name)
             endpoints[name] = _secured(hosts[name].reports.endpoint, secure)
     for name, host in hosts.items():
         used = setup.router_at(name)

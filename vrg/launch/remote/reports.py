@@ -162,7 +162,7 @@ class AgentReports:
         if note.what is EventKind.READY and starting:
             self._ready.append(note.process)
         if note.what is EventKind.VACATED:
-            self.failed[note.process] = text.removeprefix(f"{note.process}: ")
+            self.failed[note.process] = text
         if note.at_next_clock:
             self._notes.note_at_next_clock(note.what, note.process)
         else:

@@ -125,7 +125,7 @@ class Connection(Generic[M]):
             log.seek(self._log_begins)
             printed = log.read() or self.channel.frames.skipped
         lines = [line for line in printed.decode(errors="replace").splitlines() if line.strip()]
-        message = lines[-1].removeprefix("vrg: ") if lines else ""
+        message = lines[-1] if lines else ""
         if status == _SSH_FAILED:
             given = advice(message, self._name, self._machine.host)
             return f"{message.rstrip('.: ') or 'ssh has failed'}: {given}"

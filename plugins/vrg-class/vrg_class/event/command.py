@@ -10,11 +10,10 @@ import typer
 from vrg.commands.options import ListenOption, TlsOption, make_console, stoppable
 from vrg.errors import ConfigError
 from vrg.launch.folder_lock import owned
-from vrg_class.event.clock import EventClock
 from vrg_class.event.course import Event
 from vrg_class.event.field import Field
 from vrg_class.event.outcomes import read_kept
-from vrg_class.event.running import KEPT, Running
+from vrg_class.event.running import KEPT, EventClock, Running
 from vrg_class.event.site import EventSite
 from vrg_class.event.timetable import Timetable, read_timetable
 from vrg_class.links import NameOption, Served, served_at

@@ -184,7 +184,7 @@ class Field:
 def _last(text: str) -> str:
     """The last line with words, without the frame that some terminals get."""
     lines = [line.strip(" \u2500\u2502\u256d\u256e\u2570\u256f") for line in text.splitlines()]
-    return next((line for line in reversed(lines) if line), "").removeprefix("vrg: ")
+    return next((line for line in reversed(lines) if line), "")
 
 
 def report_of(base: Path, path: Path | None) -> Report:

@@ -4,6 +4,8 @@ import asyncio
 import logging
 import queue
 import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -12,7 +14,7 @@ from aiohttp import ClientSession
 
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.files import write_whole
-from vrg_class.event.clock import EventClock
+from vrg.system import boot_time
 from vrg_class.event.course import Event
 from vrg_class.event.field import Field
 from vrg_class.event.plan import Fixture
@@ -26,6 +28,22 @@ _STEP: Final = 0.1
 """The real time in s between two looks at the clock."""
 _ENDING: Final = 60.0
 """The real time in s that the match on the field has to end when the event ends."""
+
+
+class EventClock:
+    """Tells the wall time at the start of the event and the seconds since: nobody sets it while the event runs.
+
+    Args:
+        wall: tells the wall time, s. It is asked once. since: tells seconds that go on evenly.
+    """
+
+    def __init__(self, wall: Callable[[], float] = time.time, since: Callable[[], float] = boot_time) -> None:
+        self._since = since
+        self._offset = wall() - since()
+
+    def now(self) -> float:
+        """The time of the event, s since 1970."""
+        return self._offset + self._since()
 
 
 class Running:

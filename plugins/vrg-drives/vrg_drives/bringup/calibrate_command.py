@@ -2,8 +2,9 @@
 
 import math
 import os
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -13,7 +14,11 @@ from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.settings import can_settings
 from vrg.hal.models import robot_model
-from vrg_drives.bringup.calibrations import CALIBRATIONS
+from vrg.registry import Registry
+
+CALIBRATIONS: Final[Registry[Callable[..., None]]] = Registry("way to calibrate", "vrg.calibrations", {})
+"""The ways of other packages to calibrate a robot with motors on a CAN bus without a tape measure, with the parameters
+of `calibrate`: its player, the match file, the file to write, speed, way, seconds, in_process."""
 
 
 def calibrate(

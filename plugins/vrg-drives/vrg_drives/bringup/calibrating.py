@@ -205,7 +205,7 @@ def look_again(train: DriveTrain, before: float) -> float:
     now = train.clock.now()
     if now - before > FROZEN:
         train.disarm()
-        raise RobotError(f"{train.name}: this program did not run for {now - before:.1f} s: its motors stay off")
+        raise RobotError(f"this program did not run for {now - before:.1f} s: its motors stay off", train.name)
     return now
 
 
@@ -230,7 +230,7 @@ def bring_up(train: DriveTrain, patience: float, interrupted: Callable[[], bool]
         state = train.state()
         looked = look_again(train, looked)  # also where they were armed meanwhile, or a fault followed from that
         if state.fault:
-            raise RobotError(f"{train.name}: {state.fault}")
+            raise RobotError(state.fault, train.name)
         if state.armed:
             return True
         if looked > deadline:
@@ -278,8 +278,9 @@ class _Runner:
         asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * share)
         if turned < STANDSTILL_SHARE * asked:
             raise RobotError(
-                f"{self._train.name}: motor {axis.node} was asked for {velocity:.3g} turn/s and has hardly turned its "
-                "wheel: is it blocked, or does its drive not turn so slowly? Try a higher --speed"
+                f"motor {axis.node} was asked for {velocity:.3g} turn/s and has hardly turned its wheel: is it "
+                "blocked, or does its drive not turn so slowly? Try a higher --speed",
+                self._train.name,
             )
 
     def drive_until(
@@ -297,11 +298,12 @@ class _Runner:
         deadline = self._clock.now() + _LONGEST
         while not done(self._state()):
             if self._clock.now() > deadline:
-                raise RobotError(f"{self._train.name}: the odometry did not get there within {_LONGEST:g} s")
+                raise RobotError(f"the odometry did not get there within {_LONGEST:g} s", self._train.name)
             if max(map(abs, self._state().angles)) > farthest:
                 raise RobotError(
-                    f"{self._train.name}: its wheels have turned farther than the way takes, and its odometry is not "
-                    "there: were the questions of direction answered as they should be?"
+                    "its wheels have turned farther than the way takes, and its odometry is not there: were the "
+                    "questions of direction answered as they should be?",
+                    self._train.name,
                 )
             deadline += self._command(lambda: self._train.drive(twist))
             self._clock.sleep(_PERIOD)
@@ -346,7 +348,7 @@ class _Runner:
             RobotError: a fault has latched, or they are not armed in time.
         """
         if not bring_up(self._train, _ARMING):
-            raise RobotError(f"{self._train.name}: the motors were not armed within {_ARMING:g} s")
+            raise RobotError(f"the motors were not armed within {_ARMING:g} s", self._train.name)
         self._sent = self._clock.now()
 
     def _rest(self) -> TrainState:
@@ -361,7 +363,7 @@ class _Runner:
     def _state(self) -> TrainState:
         state = self._train.state()
         if state.fault:
-            raise RobotError(f"{self._train.name}: {state.fault}")
+            raise RobotError(state.fault, self._train.name)
         return state
 
 

@@ -246,7 +246,7 @@ def jog(
         interrupted = stack.enter_context(stoppable())
         train.connect()
         stack.callback(train.close)
-        wrong = list[str]()
+        wrong = list[RobotError]()
         try:
             if bring_up(train, _JOG_START, interrupted.is_set):
                 train.restart_odometry()
@@ -254,7 +254,7 @@ def jog(
             elif not interrupted.is_set():
                 raise RobotError(f"the motor was not ready within {_JOG_START:g} s: is this computer too busy?")
         except RobotError as error:
-            wrong.append(str(error))
+            wrong.append(error)
         train.disarm()
         # Its own word that it is off is not enough.
         train.clock.wait(
@@ -262,10 +262,10 @@ def jog(
         )
         train.clock.sleep(_JOG_PERIOD)
         state = train.state()
-    if state.fault and not any(state.fault in words for words in wrong):
-        wrong.append(f"{protocol}: {state.fault}")
+    if state.fault and all(error.text != state.fault for error in wrong):
+        wrong.append(RobotError(state.fault, protocol))
     if wrong:
-        raise RobotError("; ".join(wrong))
+        raise RobotError("; ".join(map(str, wrong)))
     turned = state.angles[0] / TURN * ratio
     typer.echo(f"It has turned by {turned:+.2f} turns.")
     whole = seconds >= _JOG_JUDGED and not interrupted.is_set()

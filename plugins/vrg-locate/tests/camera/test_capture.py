@@ -193,14 +193,6 @@ def test_a_picture_is_as_old_as_linux_says(monkeypatch: pytest.MonkeyPatch, age:
     reader.close()
 
 
-@pytest.mark.parametrize(("rate", "expected"), [(15.0, 15), (10.0, 10), (60.0, 30)])
-def test_no_more_pictures_are_looked_at_than_wanted(rate: float, expected: int) -> None:
-    watch = TagStream(Fake, rate)
-    rng = np.random.default_rng(1)
-    due = [watch._is_due(CameraFrame(np.zeros((2, 2), np.uint8), n / 30 + rng.uniform(0, 0.01))) for n in range(300)]
-    assert sum(due) == pytest.approx(10 * expected, abs=8)
-
-
 def test_of_the_pictures_that_come_while_tags_are_looked_for_only_the_newest_counts() -> None:
     fake = Fake()
     looked: list[int] = []

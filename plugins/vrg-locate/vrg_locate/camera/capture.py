@@ -17,7 +17,7 @@ from msgspec import Struct
 from vrg.errors import ConfigError
 from vrg_locate.camera.detection import Prints, Tag, TagDetector, grey_of
 from vrg_locate.camera.readers import CameraFrame, Reader
-from vrg_locate.stream import LiveStream
+from vrg_locate.stream import LiveStream, Pace
 
 log = logging.getLogger(__name__)
 
@@ -103,9 +103,8 @@ class TagStream(LiveStream[TagSighting]):
     ) -> None:
         super().__init__("tags", math.inf, _QUEUE_LENGTH, monotonic)
         self._pictures = PictureStream(open_, monotonic)
-        self._period = 1.0 / rate
+        self._pace = Pace(rate)
         self._detector = TagDetector(prints)
-        self._due = -1e9
 
     def start(self) -> None:
         """Begin to read and to look."""
@@ -125,7 +124,7 @@ class TagStream(LiveStream[TagSighting]):
         """Look for tags in the newest picture until nobody needs them."""
         while not self.ending.is_set():
             for frame in self._pictures.take(_PATIENCE):
-                if self._is_due(frame):
+                if self._pace.takes(None, frame.time):
                     self._look(frame)
         return ""
 
@@ -136,10 +135,3 @@ class TagStream(LiveStream[TagSighting]):
         except Exception as error:  # one picture must not end the search in all others
             log.exception("a picture cannot be looked at")
             self.report(f"a picture cannot be looked at: {type(error).__name__}: {error}")
-
-    def _is_due(self, frame: CameraFrame) -> bool:
-        # Pictures do not come quite evenly, so that the time between two is measured over many.
-        if frame.time < self._due:
-            return False
-        self._due = max(self._due, frame.time - self._period) + self._period
-        return True

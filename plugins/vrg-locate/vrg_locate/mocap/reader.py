@@ -18,7 +18,7 @@ import msgspec
 
 from vrg.system import POSIX
 from vrg_locate.mocap.frames import MeasuredBody, MocapFrame, Request, Trouble, encode
-from vrg_locate.mocap.pace import Pace
+from vrg_locate.stream import Pace
 
 
 def main() -> None:

@@ -31,7 +31,7 @@ def row(grid, name):
 
 
 def test_a_row_for_each_player_tells_mode_fault_driver_and_age(bench):
-    bench.reports["robot2"] = {"fault": "robot2: its motors are too hot", "latched": True, "battery": None}
+    bench.reports["robot2"] = {"fault": "its motors are too hot", "latched": True, "battery": None}
     bench.reports["robot3"] = {"manual": True}
     bench.ticks(2)
     grid = tables.players(bench.insight())

@@ -49,7 +49,7 @@ def test_the_battery(charge: float | None, told: str, colour: Rgb) -> None:
 
 def test_a_fault_is_told_without_the_players_name() -> None:
     assert line(words.FAULT) == Line(words.FAULT, "none")
-    faulty = seen(report=received(report(fault="ann: the left motor is hot"), 1.0))
+    faulty = seen(report=received(report(fault="the left motor is hot"), 1.0))
     assert line(words.FAULT, seen=faulty) == Line(words.FAULT, "the left motor is hot", palette.WARNING)
 
 

@@ -233,7 +233,7 @@ class TestWhatIsTold:
             ({"report": received(report(estop=True))}, "emergency stop: only an official releases it"),
             ({"state": state(halted="a foul")}, "play is halted: only an official continues it"),
             ({"state": state(status("ann", START, lease=Twist(0.1, 0.0)))}, "the referee drives it"),
-            ({"report": received(report(fault="ann: a motor is hot"))}, "a motor is hot"),
+            ({"report": received(report(fault="a motor is hot"))}, "a motor is hot"),
             ({"state": state(status("ann", START, may_move=False))}, "it may not move now"),
             ({"pose_age": 1.0}, words.NO_POSE),
         ],

@@ -1,7 +1,6 @@
 """`vrg show hud` opens the display of a player, and `vrg play` that of the first in the game of the display."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -10,34 +9,21 @@ from vrg.commands.matches import Attached
 from vrg.config.files import HERE
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import unknown_match
-from vrg.errors import DuplicateNodeError
-from vrg.kinds import KINDS, SPECTATOR, Kind
+from vrg.kinds import KINDS, SPECTATOR
 from vrg.launch.plan import processes_at, seats_at
 from vrg.seats.seat import Seat, SeatKind
-from vrg.testing.command_line import Vrg, command_line
+from vrg.testing.command_line import RUN, Opened, Vrg, showing, windows
 from vrg_views.hud import KIND
-
-RUN = Path("runs/here")
 
 
 @pytest.fixture
 def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vrg:
-    monkeypatch.setattr(show, "need_display", lambda: None)
-    setup = load_match(match_path("roboflag"))
-    monkeypatch.setattr(show, "attached", lambda on: Attached(setup.name, "tcp/127.0.0.1:1", on.keys, setup, RUN))
-    return command_line(monkeypatch, capsys)
+    return showing(monkeypatch, capsys)
 
 
 @pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Kind, str, Path | None]]:
-    """The windows that were opened."""
-    found: list[tuple[Kind, str, Path | None]] = []
-
-    def serve(_self: Attached, kind: Kind, name: str = "", *, run: Path | None) -> None:
-        found.append((kind, name, run))
-
-    monkeypatch.setattr(Attached, "serve", serve)
-    return found
+def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
+    return windows(monkeypatch)
 
 
 def test_it_is_a_kind_of_process_with_a_seat_of_its_own() -> None:
@@ -48,13 +34,13 @@ def test_it_is_a_kind_of_process_with_a_seat_of_its_own() -> None:
 @pytest.mark.parametrize("command", ["show", "node"])
 @pytest.mark.parametrize(("option", "run"), [((), RUN), (("--run", "there"), Path("there"))])
 def test_it_opens_the_display_of_a_player(
-    vrg: Vrg, opened: list[object], command: str, option: tuple[str, ...], run: Path
+    vrg: Vrg, opened: Opened, command: str, option: tuple[str, ...], run: Path
 ) -> None:
     assert vrg(command, "hud", "red1", "roboflag", *option).status == 0
     assert opened == [(KIND, "red1", run)]
 
 
-def test_a_player_that_does_not_play_has_none(vrg: Vrg, opened: list[object]) -> None:
+def test_a_player_that_does_not_play_has_none(vrg: Vrg, opened: Opened) -> None:
     done = vrg("show", "hud", "red9")
     assert done.status == 1
     assert "expected the name of a player of this match (red1" in done.err
@@ -68,10 +54,7 @@ def test_a_display_needs_the_match_file_of_a_match_elsewhere(vrg: Vrg, monkeypat
 
 
 def test_a_player_has_one_display(vrg: Vrg, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any, **__: Any) -> None:
-        raise DuplicateNodeError("match 'roboflag' already has such a node")
-
-    monkeypatch.setattr(Attached, "serve", refuse)
+    windows(monkeypatch, refused=True)
     done = vrg("show", "hud", "red1")
     assert done.status == 1
     assert "the player red1 has such a window already" in done.err

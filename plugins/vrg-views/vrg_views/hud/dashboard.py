@@ -77,7 +77,7 @@ def status(board: Dashboard) -> list[Line]:
     report = None if seen.report is None else seen.report.body
     driven = board.holder not in (words.OWN_STRATEGY, "")
     charge = None if report is None else report.battery
-    fault = None if report is None or report.fault is None else report.fault.removeprefix(f"{board.player}: ")
+    fault = None if report is None else report.fault
     calm, caution, alarm = palette.TEXT, palette.CAUTION, palette.WARNING
     low = charge is not None and charge < LOW_BATTERY
     return [

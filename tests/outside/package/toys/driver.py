@@ -39,23 +39,23 @@ class HoverDriver(Driver):
 
     def arm(self) -> None:
         if not self._connected:
-            raise RobotError(f"{self.name}: connect it first")
+            raise RobotError("connect it first", self.name)
         self._glide()
         if self._fault:
-            raise RobotError(f"{self.name}: it has a fault")
+            raise RobotError("it has a fault", self.name)
         self._armed = True
 
     def drive(self, twist: Twist) -> None:
         self._glide()
         if not self._armed:
-            raise RobotError(f"{self.name}: arm it first")
+            raise RobotError("arm it first", self.name)
         self._twist = twist
         self._until = self._now() + COMMAND_TIMEOUT
 
     def read(self) -> Readings:
         self._glide()
         if not math.isfinite(self._heard):
-            raise StaleDataError(f"{self.name}: it has said nothing yet")
+            raise StaleDataError("it has said nothing yet", self.name)
         age = self._now() - self._heard
         odometry = Sample(self._heard, age, Odometry(pose=self._pose, twist=self._twist))
         fault = "the fault file is there" if self._fault else None

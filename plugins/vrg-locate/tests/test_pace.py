@@ -1,8 +1,9 @@
-"""How many measurements of each body are used, of those that come."""
+"""How much is used of what comes: measurements of bodies, and pictures."""
 
+import numpy as np
 import pytest
 
-from vrg_locate.mocap.pace import Pace
+from vrg_locate.stream import Pace
 
 
 def used(
@@ -38,3 +39,11 @@ def test_frames_that_do_not_come_quite_evenly_are_used_as_often_as_is_wanted() -
     pace = Pace(50.0)
     times = [number / 100.0 + (0.004 if number % 3 else 0.0) for number in range(2000)]
     assert sum(pace.takes("ann", time) for time in times) == pytest.approx(1000, abs=10)
+
+
+@pytest.mark.parametrize(("rate", "expected"), [(15.0, 15), (10.0, 10), (60.0, 30)])
+def test_no_more_pictures_are_looked_at_than_wanted(rate: float, expected: int) -> None:
+    pace, rng = Pace(rate), np.random.default_rng(1)
+    assert sum(pace.takes(None, n / 30 + rng.uniform(0, 0.01)) for n in range(300)) == pytest.approx(
+        10 * expected, abs=8
+    )
