@@ -279,9 +279,9 @@ BUDGETS = {
     "ui": 5_830,  # with the connections of a crowd, gamepads, the latch of the emergency stop, what a match awaits
     "commands": 2_860,  # with an emergency stop that tries all ways, what to do after a match, options of packages
     "hal/can": 2_765,  # with drives that are met again, or tell what cannot be; judges of one thing each
-    "launch": 3_785,  # with what a process says why it ends, the owner of a folder, rules that fail
+    "launch": 3_790,  # with what a process says why it ends, the owner of a folder, rules that fail
     "games": 3_570,  # with the look of what lies on a field
-    "bus": 2_585,  # with the rules and the entrance of its router, and what a slow listener is given first
+    "bus": 2_590,  # with the rules and the entrance of its router, and what a slow listener is given first
     "hal/sim": 2_610,  # with whose module is that of mujoco
     "localisation": 540,
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
@@ -292,7 +292,7 @@ BUDGETS = {
     "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_415,
     "recording": 1_155,  # with what a file of MCAP cannot hold
-    "playing": 1_915,  # with the seal of files alone, players' processes, and the start of matches over processes
+    "playing": 2_000,  # with the seal of files alone, matches over processes, code that is trusted, processes begun together
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 675,  # with where plug-ins lie, and signals
     "navigation": 400,

@@ -68,7 +68,8 @@ def play(
     setup = played_by(setup, players or {})
     launch = Launch(
         setup=setup.all_here() if way is How.IN_PROCESS else setup, how=way, console=Console(quiet=True),
-        record=record, paced=number is not None, secured=way is How.PROCESSES and setup.has_seats,
+        record=record, paced=number is not None, trusted=sandbox is False,
+        secured=way is How.PROCESSES and setup.has_seats,
     )  # fmt: skip
     with fork_server(wanted=way is not How.IN_PROCESS) as server:
         launch = prepare(launch, server)

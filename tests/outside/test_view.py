@@ -8,6 +8,8 @@ from vrg.commands.groups import PlayOptions
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.kinds import KINDS, kind_shown
+from vrg.launch.plan import planned
+from vrg.launch.process import Process
 from vrg.plugins import CHECKS, Option
 from vrg.registry import load_object
 from vrg.testing.command_line import command_line, play_options
@@ -18,7 +20,9 @@ def test_a_view_is_listed_found_and_opened(monkeypatch: pytest.MonkeyPatch, caps
     assert "Prints every call" in vrg("show").out
     assert "--listen" in vrg("show", "crier", "--help").out
     kind, setup = kind_shown("crier", "opens"), load_match(match_path("race"))
-    assert KINDS.get("crier") is kind
+    views = [Process(name=kind.process, kind=kind.name)]
+    planned_kinds = {one.name: one.of for one in planned(setup, window=False, record=False, views=views)}
+    assert planned_kinds["crier"] is kind
     opening = load_object(kind.opens)(setup, None, secured=False)
     assert opening.name == "hear ye"
     assert opening.words("tcp/lab:7447") == "the calls of race, by tcp/lab:7447"

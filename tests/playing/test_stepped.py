@@ -1,5 +1,6 @@
 """A match in steps whose players are broken in all kinds of ways is played to its end by the others."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from vrg.playing import apart, deciding
 from vrg.playing.in_process import Ending
 from vrg.playing.strategies import Strategies
 from vrg.testing import matches
+from vrg.testing.command_line import invoke
 from vrg.testing.matches import calls_of
 from vrg.testing.processes.match import short_match
 from vrg.testing.waiting import wait_until
@@ -238,11 +240,69 @@ def test_what_is_printed_now_and_then_is_no_flood_however_fast_the_match_is(serv
     assert played(server, tmp_path, "Chatty", code=CHATTY)[1] == []
 
 
-def test_who_fails_once_goes_on_with_a_fresh_strategy(server: ForkServer, tmp_path: Path) -> None:
-    ending, calls = played(server, tmp_path, "Once")
+@pytest.mark.parametrize("apart", [True, False])
+def test_who_fails_once_goes_on_with_a_fresh_strategy(server: ForkServer, tmp_path: Path, apart: bool) -> None:
+    ending, calls = played(server if apart else None, tmp_path, "Once")
     assert ending.state.stage is Stage.GAME_OVER
     assert calls == []
     assert "RuntimeError: only once" in (tmp_path / "logs" / "bob.log").read_text()
+
+
+@pytest.mark.parametrize("kinds", [("Raises", "Leaves"), ("Nan", "Silly")])
+def test_where_it_is_trusted_exceptions_of_code_are_caught_all_the_same(tmp_path: Path, kinds: tuple[str, str]) -> None:
+    ending, calls = played(None, tmp_path, *kinds)
+    assert ending.state.stage is Stage.GAME_OVER
+    assert {call.players[0] for call in calls} == {"bob", "cid"}
+
+
+WHERE = """
+import os
+
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+
+class Where(SharksAndMinnowsPlayer):
+    def act(self, view):
+        print("in", os.getpid())
+        return super().act(view)
+"""
+
+
+@pytest.mark.parametrize(("options", "apart"), [((), True), (("--no-sandbox",), False)])
+def test_code_of_a_file_decides_in_the_process_of_the_match_by_a_word_alone(
+    tmp_path: Path, options: tuple[str, ...], apart: bool
+) -> None:
+    match = match_with(tmp_path, "Where", code=WHERE, more="sandbox = false")
+    words = ("play", str(match), "--in-process", "--headless", "--no-record", "--runs", str(tmp_path / "runs"))
+    assert invoke(*words, *options).exit_code == 0
+    (log,) = (tmp_path / "runs").glob("*/logs/bob.log")
+    said = set(log.read_text().split())
+    assert (f"{os.getpid()}" not in said) == apart
+    assert "in" in said, "what it prints is in its log"
+
+
+LOOPS = """        open("looping", "w").close()
+        try:
+            while True:
+                pass
+        except KeyboardInterrupt:
+            open("interrupted", "w").close()
+            raise
+"""
+
+
+def test_a_further_ctrl_c_ends_an_endless_loop_of_trusted_code_and_the_run_is_kept(tmp_path: Path) -> None:
+    match = match_with(tmp_path, "Where", code=WHERE.replace("        return super().act(view)\n", LOOPS))
+    command = [sys.executable, "-m", "vrg", "play", str(match), "--in-process", "--no-sandbox", "--no-record"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        wait_until((tmp_path / "looping").exists, "the loop")
+        interrupted = (tmp_path / "interrupted").exists
+        wait_until(lambda: interrupted() or process.send_signal(signal.SIGINT), "the end of the loop")
+        output = process.communicate()[0]
+    assert process.returncode == 130, output
+    assert next((tmp_path / "runs").glob("*/result.json")).exists()
 
 
 def test_a_match_that_is_to_halt_ends_and_says_why(server: ForkServer, tmp_path: Path) -> None:

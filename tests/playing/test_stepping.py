@@ -5,6 +5,7 @@ import os
 import re
 import signal
 import socket
+import time
 from collections.abc import Iterator
 from datetime import datetime
 from functools import partial
@@ -58,6 +59,8 @@ class Odd(Strategy):
             file.write(str(os.getpid()))
         if self.count == 20 and os.path.exists("HOME/slow"):
             time.sleep(0.6)
+        if self.count == 20 and os.path.exists("HOME/hangs"):
+            time.sleep(1000.0)
         if self.count > 20 and os.path.exists("HOME/slower"):
             time.sleep(0.3)
         if self.count == 20 and os.path.exists("HOME/raises"):
@@ -90,6 +93,18 @@ class Killer(Node):
     def tick(self, tick: Tick) -> None:
         if abs(tick.time - self._at) < 0.01:
             os.kill(int(Path("pid").read_text()), self._number)
+
+
+class Slow(Node):
+    """Lets real time pass with match time."""
+
+    kind = "spectator"
+
+    def __init__(self) -> None:
+        super().__init__("slow", Mailbox(), 0.1)
+
+    def tick(self, tick: Tick) -> None:
+        time.sleep(0.02)
 
 
 @pytest.fixture(scope="module")
@@ -222,6 +237,19 @@ def test_a_frozen_process_is_given_up(home: Path, server: ForkServer, monkeypatc
     same(folder, repeated(folder, home, "again", None))
 
 
+def test_a_repetition_of_a_repetition_is_the_same_where_a_strategy_hangs_each_time(
+    home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(apart, "BUDGET", 0.3)
+    (home / "hangs").touch()
+    of, _ = play(home, "hung", Strategies(server, every=True, deadline=0.1), Slow())
+    assert any(line.hung for line in missed(of))
+    for name in ("again", "once more"):
+        repetition = repeat_match(of, home / name, NOW, Strategies(server, every=True), Stop())  # type: ignore[arg-type]
+        same(of, repetition)
+        of = repetition
+
+
 class ByHand(ForkServer, Child):
     """A process of a strategy whose answers this test writes, and its server."""
 
@@ -248,7 +276,7 @@ def seen(setup: MatchSetup, **more: object) -> Any:
 
 def test_the_process_of_a_strategy_gets_no_seed_not_even_in_the_text_of_the_match(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
-    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False).made()
     size = int.from_bytes(process.theirs.recv(4), "big")
     sent = msgspec.json.decode(process.theirs.recv(size, socket.MSG_WAITALL))["setup"]
     strategy.close()
@@ -258,7 +286,7 @@ def test_the_process_of_a_strategy_gets_no_seed_not_even_in_the_text_of_the_matc
 def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(home: Path) -> None:
     setup, now, written, process = load_match(home / "tiny.toml"), [0.0], list[Line](), ByHand()
     options: Any = {"sealed": False, "deadline": 0.0, "write": written.append, "now": lambda: now[0]}
-    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options).made()
     view = seen(setup, picture=bytes(5_000_000))
     for now[0] in (0.0, BUDGET):
         strategy.send(view)
@@ -275,7 +303,7 @@ def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(ho
 
 def test_one_that_begins_to_answer_and_does_not_end_forfeits_the_step(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
-    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False, deadline=0.0)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False, deadline=0.0).made()
     strategy.send(view := seen(setup))
     process.theirs.sendall(b"\0\0")
     with pytest.raises(ForfeitError):
@@ -287,7 +315,7 @@ def test_one_that_begins_to_answer_and_does_not_end_forfeits_the_step(home: Path
 def test_what_comes_too_late_is_forgotten_but_for_a_failure(home: Path) -> None:
     setup, written, process = load_match(home / "tiny.toml"), list[Line](), ByHand()
     options: Any = {"sealed": False, "deadline": 0.0, "write": written.append}
-    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options).made()
     view = seen(setup)
     for late in (Decision((0.1, 0.0, 0.0), Payload(), "-"), Failed("it is out of fuel", final=True)):
         strategy.send(view)
@@ -311,7 +339,9 @@ def test_where_it_is_not_asked_only_its_players_process_finds_that_it_hangs_or_h
     setup, now = load_match(home / "tiny.toml"), [0.0]
     options: Any = {"sealed": False, "deadline": 0.0, "now": lambda: now[0], "in_player": in_player}
     (home / "run" / "logs").mkdir(parents=True, exist_ok=True)
-    hanging, ended = (SubprocessStrategy(ByHand(), setup, "ann", RunFolder(home / "run"), **options) for _ in range(2))
+    hanging, ended = (
+        SubprocessStrategy(ByHand(), setup, "ann", RunFolder(home / "run"), **options).made() for _ in range(2)
+    )
     hanging.send(seen(setup))
     with pytest.raises(ForfeitError):
         hanging.act(seen(setup))
@@ -334,7 +364,7 @@ def test_where_it_is_not_asked_only_its_players_process_finds_that_it_hangs_or_h
 
 def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
-    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False).made()
     view = seen(setup, picture=bytes(5_000_000))
     process.theirs.sendall(frame(Decision((0.1, 0.0, 0.0), Payload(), "-")))
     strategy.send(view)
@@ -363,7 +393,7 @@ def test_a_machine_that_cannot_be_used_is_named_with_what_it_has_printed(
     (home / "tiny.toml").write_text(f'{placed}[machines.lab2]\nhost = "lab2"\n')
     setup = load_match(home / "tiny.toml")
     with pytest.raises(LaunchError, match=told):
-        SubprocessStrategy(ForkServer(), setup, "ann", RunFolder(home / "run"), sealed=False, machine="lab2")
+        SubprocessStrategy(ForkServer(), setup, "ann", RunFolder(home / "run"), sealed=False, machine="lab2").made()
 
 
 def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, server: ForkServer) -> None:
@@ -429,7 +459,7 @@ def test_one_that_keeps_too_much_is_ended_while_it_plays(
 ) -> None:
     monkeypatch.setattr(apart, "BUDGET", 60.0)
     setup, folder = load_match(home / "tiny.toml"), RunFolder(home / "run")
-    strategy = SubprocessStrategy(server, setup, "ann", folder, sealed=True)
+    strategy = SubprocessStrategy(server, setup, "ann", folder, sealed=True).made()
     (folder.of_player("ann") / "much").write_bytes(bytes(150_000_000))
     # It is asked for nothing, so it does not answer: it is waited for until it is ended.
     with pytest.raises(StrategyError, match=r"it keeps 1\d\d MB in \d files in its folder"):

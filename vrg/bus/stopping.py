@@ -40,10 +40,15 @@ class Stop:
 
     Args:
         also: another StopSignal, which stops this one, too.
+
+    Attributes:
+        signal: the signal that has asked for it; None if none has.
+        interrupts: True while code runs that never looks at it: a further Ctrl-C interrupts that.
     """
 
     def __init__(self, also: StopSignal | None = None) -> None:
         self.signal: int | None = None
+        self.interrupts = False
         self._set, self._also = False, also
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
@@ -93,6 +98,8 @@ def stop_on_signals(also: StopSignal | None = None) -> Iterator[Stop]:
     def handle(number: int, _frame: FrameType | None) -> None:
         if number not in (signal.SIGINT, signal.SIGTERM):
             _leave_terminal()
+        if stop.interrupts and stop.is_set() and number == signal.SIGINT:
+            raise KeyboardInterrupt
         stop.set(number)
 
     numbers = [signal.SIGINT, signal.SIGTERM]

@@ -77,7 +77,7 @@ class PracticeOptions:
         if self.in_process and self.lockstep:
             raise typer.BadParameter("--in-process and --lockstep: choose one")
         if self.deadline is not None and not self.lockstep:
-            raise typer.BadParameter("needs --lockstep: elsewhere nothing waits", param_hint="--deadline")
+            raise typer.BadParameter("needs --lockstep: elsewhere it cannot be chosen", param_hint="--deadline")
 
     @property
     def steps(self) -> bool:

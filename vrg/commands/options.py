@@ -117,7 +117,7 @@ SandboxOption = Annotated[
     typer.Option(
         "--sandbox/--no-sandbox",
         help="Seal the processes of strategies; the default is the match file's. With --no-sandbox they can do all "
-        "that you can; files then decide in the process of a match that is played in one: faster, for your own code.",
+        "that you can, and with --in-process files decide in the match's own process: faster, for your own code.",
     ),
 ]
 SealedOption = Annotated[

@@ -65,7 +65,7 @@ def play_match(
     how = How.IN_PROCESS if options.in_process else How.LOCKSTEP if options.lockstep else How.PROCESSES
     launch = Launch(
         setup=setup, how=how, console=console, window=window, record=options.record,
-        paced=options.speed is not None, deadline=options.deadline or DEADLINE,
+        paced=options.speed is not None, trusted=options.sandbox is False, deadline=options.deadline or DEADLINE,
         secured=secured and not options.steps, keys=keys,
     )  # fmt: skip
     launch = _shown(prepare(launch, server), options)

@@ -52,7 +52,7 @@ def practice(
             if target is not None:
                 tried.find(target, Path.cwd())
             file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
-            if target is not None:
+            if target is not None and not options.in_process:  # there the match itself begins with that
                 setup = load_match(file, base=Path.cwd())
                 tried.make(setup, setup.players[0].name)
         if target is None and not options.steps and not options.headless:

@@ -91,6 +91,18 @@ class Child(ABC):
         time.sleep(_LOOK)
 
 
+def _can_fork() -> bool:
+    """True if processes can be forked here from a server. On macOS one that has loaded the system's libraries cannot
+    fork safely; without handles of processes (before Linux 5.3) the end of a process could be mistaken."""
+    if sys.platform != "linux":
+        return False
+    try:
+        os.close(os.pidfd_open(os.getpid()))
+    except OSError:
+        return False
+    return True
+
+
 class ForkServer:
     """The launcher's side of the server. `start` is quick; the first process waits until the server has loaded.
 
@@ -115,17 +127,10 @@ class ForkServer:
     def start(self, preload: Sequence[str] = forking.PRELOADED) -> None:
         """Start the server. If that fails, or anywhere but on Linux, `alive` stays False.
 
-        On macOS a process that has loaded the system's libraries cannot fork safely.
-
         Args:
             preload: the modules that it loads.
         """
-        if sys.platform != "linux":
-            return
-        try:
-            os.close(os.pidfd_open(os.getpid()))
-        except OSError:
-            # Without such handles (before Linux 5.3) the end of a process could be mistaken.
+        if not _can_fork():
             return
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs, contextlib.suppress(OSError):
@@ -137,7 +142,12 @@ class ForkServer:
             self._channel = ours
 
     def start_as_fork(self) -> None:
-        """Start the server as a fork of this process, which must have one thread. Processes know what it knows now."""
+        """Start the server as a fork of this process, which must have one thread. Processes know what it knows now.
+
+        Where `start` starts none, neither does this.
+        """
+        if not _can_fork():
+            return
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._pid = os.fork()
         if self._pid == 0:

@@ -44,7 +44,7 @@ from vrg.types import printable
 if TYPE_CHECKING:
     from vrg.ui.window.window_node import WindowNode
 
-log = logging.getLogger(__name__)
+log = logging.getLogger("vrg.launch.serving")  # also where it is the program itself
 
 FAILED_FOR_GOOD, HUNG = 3, 4
 """The exit status of a player whose strategy has failed in a way that makes another start useless, or hangs."""

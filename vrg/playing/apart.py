@@ -20,7 +20,7 @@ import time
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import msgspec
 
@@ -82,6 +82,7 @@ class SteppedStrategy(RemoteStrategy):
     def __init__(self, name: str, robot: RobotModel, past: Past, write: Write) -> None:
         super().__init__(name, robot)
         self._past, self._write = past, write
+        self._noting = True
         self._mode = "-"
 
     @property
@@ -106,8 +107,10 @@ class SteppedStrategy(RemoteStrategy):
             raise missed.error
         if missed.asked:
             # Of what it decided too late nothing was heard, also not that it failed, which is another line.
+            self._noting = False
             with contextlib.suppress(BaseException):
                 self._decided(view)
+            self._noting = True
         raise ForfeitError
 
     @abstractmethod
@@ -152,7 +155,7 @@ class SpentStrategy(SteppedStrategy):
 class SubprocessStrategy(SteppedStrategy):
     """The strategy of a player in a process of its own. It is asked, and fails, as if it were here.
 
-    What it prints goes to its log in the run folder.
+    What it prints goes to its log in the run folder. Its process begins at once; `made` waits for it.
 
     Args:
         server: forks its process. machine: the name of the machine on which it decides.
@@ -165,7 +168,7 @@ class SubprocessStrategy(SteppedStrategy):
         past, write: see `SteppedStrategy`. now: returns the real time, s.
 
     Raises:
-        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in LOADING_TIME.
+        ConfigError: there is no such player.
         LaunchError: the machine cannot be reached, or has no VRG. OSError: no process can be started.
     """
 
@@ -215,20 +218,27 @@ class SubprocessStrategy(SteppedStrategy):
             pipe = self._process.detached()
             self._channel = Channel(pipe, pipe, frames)
         self._send(msgspec.json.encode(assignment))
+        self._target = setup.player(name).strategy
         threading.Thread(target=self._watch, args=(run.path,), daemon=True).start()
+
+    def made(self) -> Self:
+        """Wait until it is made.
+
+        Raises:
+            ConfigError: it cannot be imported or made, or not in LOADING_TIME. Its process has ended then.
+        """
         while not self._has_answered(_LOOK):
             pass
         self._made.set()
-        target = setup.player(name).strategy
         ready = self._answers.pop(0) if self._answers else None
         if isinstance(ready, deciding.Ready):
             # Each strategy has its own, so they are no attribute of the class.
             self.priorities = ready.priorities  # type: ignore[misc]
             self._complaint = ready.complaint
-            return
+            return self
         self.close()
         why = self._why or "the strategy ends its program when it is imported or made"
-        raise ConfigError(ready.words if isinstance(ready, Failed) else f"{target}: {why}")
+        raise ConfigError(ready.words if isinstance(ready, Failed) else f"{self._target}: {why}")
 
     def _reach(self, connection: Connection[Answer], machine: str) -> None:
         """Wait until its process on another machine has started.
@@ -344,7 +354,8 @@ class SubprocessStrategy(SteppedStrategy):
     def _noted(self, view: View, *, failure: str = "", final: bool = False, hung: bool = False) -> Missed:
         time, name = round(view.time, 6), self.name
         missed = Missed(time=time, player=name, asked=self._asked, failure=failure, final=final, hung=hung)
-        self._write(missed)
+        if self._noting:
+            self._write(missed)
         return missed
 
     def _has_answered(self, patience: float) -> bool:

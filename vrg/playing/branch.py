@@ -206,7 +206,7 @@ def play_on(
 
     with open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
         return in_process.play(
-            setup, journal, watchers=watchers, limit=limit, pace=pace, logs=folder.logs, changes=changes,
+            setup, journal, watchers=watchers, limit=limit, pace=pace, stop=stop, logs=folder.logs, changes=changes,
             apart=apart, steps=steps, past=[line for line in past if line.time < instant - TINY], bank_from=instant,
         )  # fmt: skip
 

@@ -13,6 +13,7 @@ from vrg.agents.radio import link_of
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
+from vrg.bus.stopping import StopSignal
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import NOISE, CheckedMatch, MatchSetup, radio_seed
 from vrg.coordinator.evidence import TINY
@@ -117,6 +118,7 @@ def play(
     pace: Callable[[float], bool] | None = None,
     strict: bool = False,
     resumable: bool = False,
+    stop: StopSignal | None = None,
     logs: Path | None = None,
     changes: Sequence[Change] = (),
     apart: Strategies | None = None,
@@ -133,6 +135,7 @@ def play(
         pace: called after each tick with the match time. It may wait; if it returns False, the match is broken off.
         strict: True passes every message through the codec of the bus.
         resumable: True if a watcher may be an official, who continues play after a HALT; otherwise a HALT is the end.
+        stop: what tells that the match is to stop: then a further Ctrl-C interrupts code that decides in this process.
         logs: the folder for what players print; None lets them print.
         changes: what changes at some instants, in the order of time.
         apart: which strategies decide in processes of their own, whose logs are needed then; None lets all decide in
@@ -162,6 +165,8 @@ def play(
             setup.keys,
             make,
             None if logs is None else logs / f"{name}.log",
+            inline=strategies.is_inline(setup, name),
+            stop=stop,
             disqualify=setup.on_fault == "disqualify",
             bank=setup.bank,
             bank_from=bank_from,
@@ -172,6 +177,7 @@ def play(
     linger, began = 0.0, None
     with ExitStack() as stack:
         stack.callback(strategies.close)
+        strategies.begin(setup)
         digested = None if steps is None else steps.digest
         assembly = assemble(setup, journal, stepped, watchers=watchers, strict=strict, digested=digested)
         world, coordinator, players = assembly.world, assembly.coordinator, assembly.players
@@ -189,7 +195,7 @@ def play(
                 before, now = now, amended(now, change)
                 _go_on_by(assembly, before, now, setup.seed)
                 if name := change.player:
-                    players[name].play_by(strategies.maker(now, name))
+                    players[name].play_by(strategies.maker(now, name), inline=strategies.is_inline(now, name))
             if simulation is not None and executor.time > 0:
                 # The robots have been met in the first step, before the match began.
                 began = simulation.clock.now() if began is None else began

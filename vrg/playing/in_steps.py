@@ -63,6 +63,7 @@ def play(
                 limit=launch.limit,
                 pace=pace,
                 resumable=resumable,
+                stop=stop,
                 logs=folder.logs,
                 apart=launch.strategies(server),
                 steps=steps,

@@ -28,8 +28,8 @@ class How(StrEnum):
     """The ways in which a match is played.
 
     In steps all nodes are in one process, in lockstep: IN_PROCESS, where strategies of files decide in processes of
-    their own unless the match has `sandbox = false`, and LOCKSTEP, where each strategy does. PROCESSES have a bus, and
-    the clock of the match paces them.
+    their own unless they are trusted, and LOCKSTEP, where each strategy does. PROCESSES have a bus, and the clock of
+    the match paces them.
     """
 
     IN_PROCESS = "in process"
@@ -50,6 +50,8 @@ class Launch:
         ready: called with the name of each process that is ready, and the endpoint of the match's router.
         secured: True lets only processes with keys in.
         keys: the folder of the keys of the match's seats; None makes keys for this run alone.
+        trusted: IN_PROCESS: strategies of files decide in this process, too, where the match does not seal them. Only
+            exceptions are caught there.
         strangers: in LOCKSTEP: the strategies of files alone decide in processes of their own, always sealed.
         limit: the match time after which a match in steps is broken off, s.
         paced: in steps: at the rate of the set-up, and not as fast as possible.
@@ -66,6 +68,7 @@ class Launch:
     ready: Callable[[str, str], None] = lambda _process, _endpoint: None
     secured: bool = False
     keys: Path | None = None
+    trusted: bool = False
     strangers: bool = False
     limit: float = 3600.0
     paced: bool = False
@@ -77,11 +80,13 @@ class Launch:
         return self.how is not How.PROCESSES
 
     def strategies(self, server: ForkServer) -> Strategies:
-        """Where the strategies of a match in steps decide. On Windows, where no process of one answers, IN_PROCESS
-        keeps them."""
+        """Where the strategies of a match in steps decide.
+
+        On Windows, where the process of a strategy could not answer, all of IN_PROCESS decide in this one.
+        """
         if self.how is How.IN_PROCESS:
-            return Strategies(server if POSIX else None)
-        return Strategies(server, not self.strangers, self.strangers, deadline=self.deadline)
+            return Strategies(server if POSIX else None, trusted=self.trusted)
+        return Strategies(server, every=not self.strangers, strangers=self.strangers, deadline=self.deadline)
 
     def announce(self, *texts: str) -> None:
         """Print what happens to the processes, unless the terminal is gone: the match does not depend on it."""

@@ -19,11 +19,12 @@ from vrg.hal.sim.engines import BULLET, check_installed, installed
 from vrg.kinds import every_kind
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.sandbox.seal import check_able
 from vrg.launch.serving import is_sealed
 from vrg.playing import deciding, in_steps, over_processes
 from vrg.playing.launch import How, Launch, Played, Way
 from vrg.playing.strategies import Strategies
-from vrg.playing.trial import trial
+from vrg.playing.trial import once_each, trial
 from vrg.registry import plugins
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout
@@ -39,6 +40,7 @@ def prepare(launch: Launch, server: ForkServer) -> Launch:
 
     Raises:
         ConfigError: it cannot be: a package is missing, a strategy cannot be made, or real motors would be hurried.
+        SandboxError: a strategy is to be sealed, and this machine cannot do it.
     """
     setup = launch.setup
     if "world" not in setup.place:
@@ -55,12 +57,14 @@ def prepare(launch: Launch, server: ForkServer) -> Launch:
         for text in emulation.only_in_process(robots)
     ]:
         raise ConfigError(lacks)
+    if launch.steps and any(is_sealed(setup, player.name, seats=False) for player in setup.players):
+        check_able()
     strategies = launch.strategies(server)
     if launch.how is How.IN_PROCESS and any(strategies.is_apart(setup, player.name) for player in setup.players):
         if not server.alive:
             server.start([deciding.__name__])
         with trial(server) as tried:
-            check_strategies(setup, tried.make)
+            check_strategies(setup, once_each(tried.make))
     elif launch.how is How.IN_PROCESS:
         check_strategies(setup, strategy_of)
     return replace(launch, setup=setup)

@@ -1,24 +1,29 @@
 """A player in a match in steps: after a failure it goes on with a fresh strategy, until it has failed too often."""
 
+import contextlib
+import io
 import logging
 import math
+import sys
 import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from vrg.agents.player import Player
 from vrg.agents.radio import Radio
 from vrg.agents.strategy import Strategy
 from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
+from vrg.bus.stopping import Stop, StopSignal
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, GivenUpError, StrategyError
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.strikes import Strikes
 from vrg.launch.vacancies import disqualification
+from vrg.system import in_main_thread
 
 log = logging.getLogger(__name__)
 
@@ -34,13 +39,54 @@ class Failure:
     text: str
 
 
+class InlineCode:
+    """What surrounds code of a file that decides in this process; a context manager that is used again and again.
+
+    What it prints goes to the log of its player. Once the match is to stop, Ctrl-C interrupts it. In another thread
+    than the main one neither holds.
+
+    Args:
+        log: the log; None lets it print. stop: what tells that the match is to stop.
+    """
+
+    def __init__(self, log: ProcessLog | None, stop: StopSignal | None) -> None:
+        self._log, self._stop = log, stop if isinstance(stop, Stop) else None
+        self._stream: TextIO | None = None
+        self._before = sys.stdout, sys.stderr
+
+    def __enter__(self) -> None:
+        if not in_main_thread():
+            return
+        if self._stop is not None:
+            self._stop.interrupts = True
+        if self._log is not None:
+            if self._stream is None:
+                self._stream = io.TextIOWrapper(
+                    self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True
+                )
+            self._before = sys.stdout, sys.stderr
+            sys.stdout = sys.stderr = self._stream
+
+    def __exit__(self, *_: object) -> None:
+        if self._stop is not None:
+            self._stop.interrupts = False
+        if self._stream is not None and sys.stdout is self._stream:
+            sys.stdout, sys.stderr = self._before
+
+    def close(self) -> None:
+        """It decides no more. Idempotent."""
+        if self._stream is not None:
+            self._stream.close()
+
+
 class SteppedPlayer(Node):
     """See the module.
 
     Args:
         player: the player. keys: the keys of the match.
         make: makes its strategy anew.
-        log: the file for the traces of its failures; None keeps none.
+        log: the file for the traces of its failures, and for what it prints if it is `inline`; None keeps none.
+        inline: True if it is code of a file that decides in this process. stop: see `InlineCode`.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
         bank: the real time in s that it may take beyond the match time, from `bank_from` on, s of match time.
         spent: makes the strategy that follows.
@@ -59,6 +105,8 @@ class SteppedPlayer(Node):
         make: Callable[[], Strategy],
         log: Path | None,
         *,
+        inline: bool,
+        stop: StopSignal | None = None,
         disqualify: bool,
         bank: float = math.inf,
         bank_from: float = 0.0,
@@ -76,6 +124,8 @@ class SteppedPlayer(Node):
         self._strikes = Strikes()
         self._out = False
         self._log = None if log is None else ProcessLog(log)
+        self._around = InlineCode(self._log, stop)
+        self._inline = inline
         self._trim_at = 0.0
 
     def start(self) -> None:
@@ -111,7 +161,8 @@ class SteppedPlayer(Node):
 
     def _tick(self, tick: Tick) -> None:
         try:
-            self._player.tick(tick)
+            with self._around if self._inline else contextlib.nullcontext():
+                self._player.tick(tick)
         except StrategyError as error:
             self._fail(error, tick, again=self._strikes.failure(tick.time) and not error.final)
         except DecisionTimeoutError as error:
@@ -122,13 +173,16 @@ class SteppedPlayer(Node):
         """The radio to its team."""
         return self._player.radio
 
-    def play_by(self, make: Callable[[], Strategy]) -> None:
+    def play_by(self, make: Callable[[], Strategy], *, inline: bool) -> None:
         """Let another strategy decide from now on, and be made anew after it has failed.
+
+        Args:
+            inline: True if it is code of a file that decides in this process.
 
         Raises:
             ConfigError: it cannot be made.
         """
-        self._make = make
+        self._make, self._inline = make, inline
         self._strikes = Strikes()
         self._player.play_by(self._make())
 
@@ -139,6 +193,7 @@ class SteppedPlayer(Node):
     def stop(self) -> None:
         """Stop its robot."""
         self._player.stop()
+        self._around.close()
 
     def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
         """Its robot stands; it gets a fresh strategy, or is out."""

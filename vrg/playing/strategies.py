@@ -37,7 +37,10 @@ def begun(setup: MatchSetup, name: str, run: RunFolder, keys: Path | None) -> Su
     # On macOS a process that has loaded the system's libraries cannot fork safely.
     server = OwnForks() if sys.platform == "linux" else ForkServer()
     try:
-        return SubprocessStrategy(server, setup, name, run, sealed=sealed, keys=keys, in_player=True, deadline=DEADLINE)
+        strategy = SubprocessStrategy(
+            server, setup, name, run, sealed=sealed, keys=keys, in_player=True, deadline=DEADLINE
+        )
+        return strategy.made()
     except ConfigError as error:
         raise StrategyError(str(error), final=True) from None
     except OSError as error:
@@ -50,18 +53,19 @@ class Strategies:
 
     Args:
         server: forks these processes; None lets all decide here: whoever says so trusts their code.
-        every: True for all strategies; False lets those that come with packages decide here, and those of files where
-            the match has `sandbox = false`, by which somebody trusts them.
+        every: True for all strategies; False lets those that come with packages decide here.
+        trusted: True lets those of files decide here, too, where the match does not seal them.
         strangers: True seals all strategies of files, here, whatever the match file says: it is a stranger's as well.
         seats: True seals them as in a match with seats.
         deadline: the real time in s after which one forfeits a step, if the match was not played before; None waits.
-        run: the run folder; None without one, and then all decide here.
+        run: the run folder; without one none can decide apart.
         past: the log of the match when it was played before. write: adds to the log of steps.
         now: returns the match time in s; None before the first step.
     """
 
     server: ForkServer | None = None
     every: bool = False
+    trusted: bool = False
     strangers: bool = False
     seats: bool = False
     deadline: float | None = None
@@ -69,13 +73,20 @@ class Strategies:
     past: Sequence[Line] = ()
     write: Write = lambda _: None
     now: Callable[[], float | None] = lambda: None
+    _begun: dict[str, SubprocessStrategy] = field(default_factory=dict, init=False)
     _opened: list[SubprocessStrategy] = field(default_factory=list, init=False)
 
     def is_apart(self, setup: MatchSetup, name: str) -> bool:
         """True if the strategy of a player decides in a process of its own."""
         if self.server is None:
             return False
-        return self.every or self._is_strangers(setup, name) or setup.sandboxed(name, seats=True)
+        if self.every or self._is_strangers(setup, name) or setup.sandbox:
+            return True
+        return not self.trusted and setup.strategy_file(name) is not None
+
+    def is_inline(self, setup: MatchSetup, name: str) -> bool:
+        """True if the strategy of a player is a file, and decides in this process all the same."""
+        return setup.strategy_file(name) is not None and not self.is_apart(setup, name)
 
     def _is_strangers(self, setup: MatchSetup, name: str) -> bool:
         return self.strangers and setup.strategy_file(name) is not None
@@ -93,9 +104,8 @@ class Strategies:
 
     def maker(self, setup: MatchSetup, name: str) -> Callable[[], Strategy]:
         """A function that makes the strategy of a player, for the first time or again."""
-        mine = [line for line in self.past if isinstance(line, Missed | Unmade) and line.player == name]
-        missed = {line.time: line for line in mine if isinstance(line, Missed)}
-        unmade = {line.time: line.why for line in mine if isinstance(line, Unmade)}
+        missed = self._missed(name)
+        unmade = {line.time: line.why for line in self.past if isinstance(line, Unmade) and line.player == name}
 
         def make() -> Strategy:
             now = self.now()
@@ -110,6 +120,16 @@ class Strategies:
 
         return make
 
+    def begin(self, setup: MatchSetup) -> None:
+        """Begin the processes of all that decide apart, beside each other, before the first is waited for.
+
+        Raises:
+            ConfigError: one cannot be begun.
+        """
+        for player in setup.players:
+            if self.is_apart(setup, player.name):
+                self._begun[player.name] = self._process(setup, player.name)
+
     def spent(self, setup: MatchSetup, name: str) -> Strategy:
         """The strategy of a player whose bank of real time is spent."""
         return SpentStrategy(name, setup.player(name).robot, {}, self.write)
@@ -119,24 +139,39 @@ class Strategies:
         for strategy in self._opened:
             strategy.close()
 
+    def _missed(self, name: str) -> Past:
+        """What a player has missed when the match was played before."""
+        return {line.time: line for line in self.past if isinstance(line, Missed) and line.player == name}
+
     def _made(self, setup: MatchSetup, name: str, missed: Past) -> Strategy:
         """Make a strategy.
 
         Raises:
             ConfigError: it cannot be made.
         """
-        if self.server is None or self.run is None or not self.is_apart(setup, name):
+        if not self.is_apart(setup, name):
             strategy = strategy_of(setup, name)
             return StrategyHere(strategy, missed, self.write) if missed else strategy
+        return (self._begun.pop(name, None) or self._process(setup, name)).made()
+
+    def _process(self, setup: MatchSetup, name: str) -> SubprocessStrategy:
+        """Begin a strategy in a process of its own.
+
+        Raises:
+            ConfigError: it cannot be begun.
+        """
+        if self.server is None or self.run is None:
+            raise ValueError(f"{name}: a strategy that decides in a process of its own needs a run folder")
         from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
 
         sealed = self._is_strangers(setup, name) or is_sealed(setup, name, seats=self.seats)
         try:
-            made = SubprocessStrategy(
+            begun = SubprocessStrategy(
                 self.server, setup, name, self.run, sealed=sealed, deadline=None if self.past else self.deadline,
-                machine=HERE if self.strangers else setup.place.get(name, HERE), past=missed, write=self.write,
+                machine=HERE if self.strangers else setup.place.get(name, HERE),
+                past=self._missed(name), write=self.write,
             )  # fmt: skip
         except (LaunchError, OSError) as error:
             raise ConfigError(str(error)) from None
-        self._opened.append(made)
-        return made
+        self._opened.append(begun)
+        return begun

@@ -4,13 +4,14 @@ Their code may be anybody's, and may do anything when it is imported: to check i
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
 from vrg.games import has_name
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
@@ -72,7 +73,26 @@ class Trial:
 
     def _try(self, setup: MatchSetup, name: str, *, make: bool) -> None:
         if untried() is None:
-            SubprocessStrategy(self.server, setup, name, self.run, sealed=missing() is None, make=make).close()
+            SubprocessStrategy(self.server, setup, name, self.run, sealed=missing() is None, make=make).made().close()
+
+
+def once_each(make: Callable[[MatchSetup, str], None]) -> Callable[[MatchSetup, str], None]:
+    """The same trial of a player, made once for all players of one strategy and one model of robot."""
+    known: dict[tuple[str, str], ConfigError | None] = {}
+
+    def tried(setup: MatchSetup, name: str) -> None:
+        player = setup.player(name)
+        kind = player.strategy, player.model
+        if kind not in known:
+            known[kind] = None
+            try:
+                make(setup, name)
+            except ConfigError as error:
+                known[kind] = error
+        if (problem := known[kind]) is not None:
+            raise problem
+
+    return tried
 
 
 @contextmanager

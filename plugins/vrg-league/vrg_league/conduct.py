@@ -60,6 +60,8 @@ def enter(
     _check_number(found, missing, targets, leave_out=leave_out)
     playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
     if (lacking := seal.missing()) is not None and any(map(decides_apart, playing)):
+        if setup.sandbox:
+            raise ConfigError([f"--sandbox, or `sandbox = true`: {lacking}"])
         warning = f"the code of strategies is not sealed, and can do all that you can: {lacking}"
         if any(Path(target).is_dir() for target in targets):
             raise ConfigError([f"{warning}; --no-sandbox lets the files of a folder play all the same"])
