@@ -234,33 +234,33 @@ ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros
 @pytest.mark.parametrize(
     ("typed", "package"),
     [
-        ("can scan", "vrg-drives"),
-        ("check vesc.toml", "vrg-drives"),
-        ("edit match.toml", "vrg-edit"),
-        ("fuzz roboflag", "vrg-faults"),
-        ("compare one.py two.py --match roboflag", "vrg-league"),
-        ("league play class", "vrg-league"),
-        ("tournament class --match roboflag", "vrg-league"),
-        ("show foxglove", "vrg-views"),
-        ("node foxglove match.toml", "vrg-views"),
-        ("play sharks-and-minnows --foxglove", "vrg-views"),
-        ("show developer", "vrg-views"),
-        ("play sharks-and-minnows --developer", "vrg-views"),
-        ("show hud red1", "vrg-views"),
-        ("node hud red1", "vrg-views"),
-        ("play hud", "vrg-views"),
-        ("check hud.toml", "vrg-views"),
-        ("show ros", "vrg-ros"),
-        ("node ros match.toml", "vrg-ros"),
-        ("play sharks-and-minnows --ros", "vrg-ros"),
-        ("play sharks-and-minnows --show ros=tcp/0.0.0.0:7448", "vrg-ros"),
-        ("check robot.toml", "vrg-ros"),
-        ("check driven.toml", "vrg-ros"),
-        ("show 3d", "vrg-views"),
-        ("node three match.toml", "vrg-views"),
-        ("play sharks-and-minnows --3d", "vrg-views"),
-        ("run replay --3d", "vrg-views"),
-        ("run replay --show 3d", "vrg-views"),
+        ("can scan", "drives"),
+        ("check vesc.toml", "drives"),
+        ("edit match.toml", "edit"),
+        ("fuzz roboflag", "faults"),
+        ("compare one.py two.py --match roboflag", "league"),
+        ("league play class", "league"),
+        ("tournament class --match roboflag", "league"),
+        ("show foxglove", "views"),
+        ("node foxglove match.toml", "views"),
+        ("play sharks-and-minnows --foxglove", "views"),
+        ("show developer", "views"),
+        ("play sharks-and-minnows --developer", "views"),
+        ("show hud red1", "views"),
+        ("node hud red1", "views"),
+        ("play hud", "views"),
+        ("check hud.toml", "views"),
+        ("show ros", "ros"),
+        ("node ros match.toml", "ros"),
+        ("play sharks-and-minnows --ros", "ros"),
+        ("play sharks-and-minnows --show ros=tcp/0.0.0.0:7448", "ros"),
+        ("check robot.toml", "ros"),
+        ("check driven.toml", "ros"),
+        ("show 3d", "views"),
+        ("node three match.toml", "views"),
+        ("play sharks-and-minnows --3d", "views"),
+        ("run replay --3d", "views"),
+        ("run replay --show 3d", "views"),
     ],
 )
 def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
@@ -273,7 +273,7 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     done = vrg(*typed.split())
     assert done.status in (1, 2)
     said = " ".join(done.err.replace("│", "").split())
-    assert f"the package {package} adds: in a clone `make setup`, elsewhere" in said
+    assert f"the package virtual-robotic-games-{package} adds: in a clone `make setup`, elsewhere" in said
     assert not Path("runs").exists()
 
 

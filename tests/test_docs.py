@@ -124,7 +124,7 @@ def test_the_site_is_built_and_every_link_leads_somewhere() -> None:
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
 
 
-INTERFACE = re.findall(r"^::: (\S+)\.(\w+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+INTERFACE = re.findall(r"^<!-- (\S+)\.(\w+) -->$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
 """The classes of the interface of a strategy: their modules and names."""
 
 

@@ -292,7 +292,7 @@ BUDGETS = {
     "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_415,
     "recording": 1_155,  # with what a file of MCAP cannot hold
-    "playing": 2_000,  # with the seal of files alone, matches over processes, code that is trusted, processes begun together
+    "playing": 2_000,  # with matches over processes, code that is trusted, processes that begin together
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 675,  # with where plug-ins lie, and signals
     "navigation": 400,

@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import runpy
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -119,3 +120,20 @@ def test_an_environment_of_links_is_good(install: Install, tmp_path: Path) -> No
     (site / "abacus").rename(tmp_path / "store")
     (site / "abacus").symlink_to(tmp_path / "store")
     assert lacking("abacus", ABACUS) is None
+
+
+OTHERS = {"abacus-core", "gs-usb", "lerobot", "msgpack", "mujoco-core", "notebook", "pybullet", "pygame"}
+"""The distributions of others that people are told to install."""
+
+
+def test_nobody_is_told_to_install_what_is_neither_vrgs_own_nor_known() -> None:
+    installs = runpy.run_path(str(Path(__file__).parents[1] / "scripts" / "installs"))
+    own, found = installs["own"](), installs["requirements"]()
+    assert {"virtual-robotic-games[web]", "virtual-robotic-games-league", "virtual-robotic-games-views[three]"} <= set(
+        found
+    )
+    for requirement, place in found.items():
+        name, _, extras = requirement.partition("[")
+        assert name in own or name in OTHERS, f"{place}: pip install {requirement}"
+        assert set(filter(None, extras.rstrip("]").split(","))) <= own.get(name, set()), f"{place}: {requirement}"
+    assert list(installs["in_text"](f"pip {'install'} one 'two[a]'; then")) == ["one", "two[a]"]

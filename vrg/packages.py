@@ -26,12 +26,12 @@ class Package(NamedTuple):
 
 
 PACKAGES: Final[Mapping[str, Package]] = {
-    "aiohttp": Package("vrg[web]", ("aiohttp",)),
+    "aiohttp": Package("virtual-robotic-games[web]", ("aiohttp",)),
     "mujoco": Package("mujoco-core"),
-    "pyarrow": Package("vrg[tables]", ("pyarrow",)),
+    "pyarrow": Package("virtual-robotic-games[tables]", ("pyarrow",)),
     "pybullet": Package("pybullet"),
     "pygame": Package("pygame", ("pygame", "pygame-ce")),
-    "segno": Package("vrg[web]", ("segno",)),
+    "segno": Package("virtual-robotic-games[web]", ("segno",)),
 }
 """The packages that are not always installed, or whose module others bring, too, by the name of the module."""
 

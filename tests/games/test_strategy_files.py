@@ -12,7 +12,8 @@ from vrg.errors import ConfigError
 from vrg.games import STRATEGY_FILES, file_of, has_name, is_strategy_file, unreadable
 from vrg.launch.nodes.strategy import strategy_class
 
-WHY = r"x\.npz: expected a file that an installed package reads, got one of a kind that the package vrg-learn adds: "
+WHY = r"x\.npz: expected a file that an installed package reads, got one of a kind that the package "
+WHY += "virtual-robotic-games-learn adds: "
 WHY += r"in a clone `make setup`, elsewhere see docs/install\.md"
 
 

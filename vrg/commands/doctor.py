@@ -37,7 +37,7 @@ def _python() -> Finding:
 
 def _packages() -> list[str]:
     """The names of the packages that VRG always needs, as its own package declares them."""
-    asked = [Requirement(line) for line in requires("vrg") or ()]
+    asked = [Requirement(line) for line in requires("virtual-robotic-games") or ()]
     return [one.name for one in asked if one.marker is None or one.marker.evaluate({"extra": ""})]
 
 

@@ -97,5 +97,5 @@ def tells_of_missing(package: str, arguments: list[str]) -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (1, "")
     assert f"the package {package} is not installed" in done.stderr
-    assert "pip install 'vrg[" in done.stderr
+    assert "pip install 'virtual-robotic-games[" in done.stderr
     assert "Traceback" not in done.stderr

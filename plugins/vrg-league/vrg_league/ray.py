@@ -110,7 +110,7 @@ class RayWorkers(Workers):
         Raises:
             LaunchError: it is not.
         """
-        if why := lacking("ray", Package("vrg-league[ray]", ("ray",))):
+        if why := lacking("ray", Package("virtual-robotic-games-league[ray]", ("ray",))):
             raise LaunchError(
                 f"--ray: {why}, here and on every computer of the cluster; or leave out --ray to play on this computer"
             )

@@ -32,7 +32,9 @@ try:
     from gymnasium.spaces import Box, Space
     from pettingzoo import ParallelEnv
 except ImportError as error:
-    raise ImportError(f"an environment needs PettingZoo and Gymnasium: pip install vrg-learn: {error}") from error
+    raise ImportError(
+        f"an environment needs PettingZoo and Gymnasium: pip install 'virtual-robotic-games[learn]': {error}"
+    ) from error
 
 RGB_ARRAY = "rgb_array"
 METADATA: dict[str, Any] = {

@@ -21,7 +21,7 @@ KIND: Final = Kind(
     shown="ros",
     opens="vrg_ros.command:open_ros",
     option=Option("--ros", "Let ROS 2 see it, and drive players with the strategy ros."),
-    needs={"xxhash": Package("vrg-ros", ("xxhash",))},
+    needs={"xxhash": Package("virtual-robotic-games-ros", ("xxhash",))},
     drives=DRIVEN,
     views=True,
 )

@@ -6,12 +6,15 @@ import pytest
 
 from vrg.testing.command_line import Vrg
 
-THREE = "3d cannot be shown: the package viser is not installed, and this needs it: pip install 'vrg-views[three]'"
+THREE = (
+    "3d cannot be shown: the package viser is not installed, and this needs it: "
+    "pip install 'virtual-robotic-games-views[three]'"
+)
 FOXGLOVE = (
     "foxglove cannot be shown: the package foxglove-sdk is not installed, and this needs it: "
-    "pip install 'vrg-views[foxglove]'"
+    "pip install 'virtual-robotic-games-views[foxglove]'"
 )
-PAGE = "the package aiohttp is not installed, and this needs it: pip install 'vrg[web]'"
+PAGE = "the package aiohttp is not installed, and this needs it: pip install 'virtual-robotic-games[web]'"
 
 
 @pytest.fixture

@@ -29,7 +29,9 @@ from vrg_league.ray import LOCAL, GameTask, RayWorkers, _connected, archive_of, 
 from vrg_league.running import Experiment
 from vrg_league.workers import Workers
 
-WITH_RAY = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed: pip install 'vrg-league[ray]'")
+WITH_RAY = pytest.mark.skipif(
+    find_spec("ray") is None, reason="ray is not installed: pip install 'virtual-robotic-games-league[ray]'"
+)
 FAKE = pytest.param("fake ray", marks=pytest.mark.thorough)
 """A worker of the fake loads VRG anew for each of its tasks."""
 RAY = pytest.param("ray", marks=WITH_RAY)
@@ -165,7 +167,9 @@ def test_files_that_would_lie_outside_the_folder_are_refused(tmp_path: Path) -> 
 
 def test_without_ray_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrg.packages.find_spec", lambda _: None)
-    with pytest.raises(LaunchError, match=r"--ray: .* pip install 'vrg-league\[ray\]', here and on every computer"):
+    with pytest.raises(
+        LaunchError, match=r"--ray: .* pip install 'virtual-robotic-games[league]'\[ray\]', here and on every computer"
+    ):
         RayWorkers.require()
 
 

@@ -10,7 +10,7 @@ try:
 except ImportError as error:
     raise ConfigError(
         "expected the package opencv-python-headless for a camera above the field, found none: install it by "
-        "`pip install 'vrg-locate[camera]'`"
+        "`pip install 'virtual-robotic-games-locate[camera]'`"
     ) from error
 
 # It would print warnings of its own between the words that are told here.

@@ -25,7 +25,7 @@ from vrg_locate.source import PoseTable, RealSource
 if find_spec("motioncapture") is None:
     raise ConfigError(
         "expected the package motioncapture for a motion capture system, found none: install it by "
-        "`pip install 'vrg-locate[mocap]'`"
+        "`pip install 'virtual-robotic-games-locate[mocap]'`"
     )
 
 _PATIENCE: Final = 2.0

@@ -18,6 +18,6 @@ KIND: Final = Kind(
     views=True,
     opens="vrg_views.foxglove.command:open_foxglove",
     option=Option("--foxglove", "Let Foxglove on this machine connect, and show all that is recorded."),
-    needs={"foxglove": Package("vrg-views[foxglove]", ("foxglove-sdk",))},
+    needs={"foxglove": Package("virtual-robotic-games-views[foxglove]", ("foxglove-sdk",))},
 )
 """The process to which Foxglove connects."""
