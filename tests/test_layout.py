@@ -151,7 +151,8 @@ def test_the_core_knows_no_plugin() -> None:
                if path.parent.name.startswith("vrg_")}  # fmt: skip
     assert plugins
     wrong = [f"{path.relative_to(ROOT)} names {name}" for path in FILES for name in plugins
-             if name in (text := path.read_text(encoding="utf-8")) or name.replace("_", "-") in text]  # fmt: skip
+             if name in (text := path.read_text(encoding="utf-8")) or name.replace("_", "-") in text
+             or name.replace("vrg_", "virtual-robotic-games-") in text]  # fmt: skip
     wrong += [f"{path.relative_to(ROOT.parent)} imports {name}" for own, home in plugins.items()
               for path in home.parent.rglob("*.py") for name, _ in _imports(path)
               if name.split(".")[0] in {*plugins} - {own, *_named_by(home.parents[1] / "pyproject.toml")}]  # fmt: skip
@@ -176,7 +177,11 @@ def _named_by(project: Path) -> set[str]:
     """The packages of the projects that a project depends on, by itself or with an extra."""
     about = tomllib.loads(project.read_text(encoding="utf-8"))["project"]
     needed = [about["dependencies"], *about.get("optional-dependencies", {}).values()]
-    return {Requirement(one).name.replace("-", "_") for some in needed for one in some}
+    return {
+        Requirement(one).name.replace("virtual-robotic-games", "vrg").replace("-", "_")
+        for some in needed
+        for one in some
+    }
 
 
 HEAVY = ("numpy", "pydantic", "pygame", "matplotlib", "pybullet", "mujoco")

@@ -88,7 +88,7 @@ class EvaluationOptions:
             "--ray",
             metavar="ADDRESS",
             help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here. "
-            "It needs vrg-league[ray].",
+            "It needs virtual-robotic-games-league[ray].",
         ),
     ] = None
     sandbox: SandboxOption = None

@@ -27,4 +27,4 @@ def test_without_its_library_it_is_told_what_to_install_and_matches_without_it_a
     code += f"try: {use}\nexcept ConfigError as error: print(error)"
     out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120, check=True)
     assert f"expected the package {package}" in out.stdout
-    assert f"pip install 'vrg-locate[{extra}]'" in out.stdout
+    assert f"pip install 'virtual-robotic-games-locate[{extra}]'" in out.stdout
