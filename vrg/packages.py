@@ -29,7 +29,7 @@ PACKAGES: Final[Mapping[str, Package]] = {
     "aiohttp": Package("virtual-robotic-games[web]", ("aiohttp",)),
     "mujoco": Package("mujoco-core"),
     "pyarrow": Package("virtual-robotic-games[tables]", ("pyarrow",)),
-    "pybullet": Package("pybullet"),
+    "pybullet": Package("virtual-robotic-games[pybullet]", ("pybullet",)),
     "pygame": Package("pygame", ("pygame", "pygame-ce")),
     "segno": Package("virtual-robotic-games[web]", ("segno",)),
 }

@@ -135,10 +135,6 @@ class Coordinator(Node):
         self.match.judge_by(book)
         self._limits = _limits(book)
 
-    def start(self) -> None:
-        """Load what the first line-up needs: 0.3 s in a tick would stop every robot."""
-        import scipy.optimize  # noqa: F401, PLC0415 - no other importer of this module needs it
-
     def tick(self, tick: Tick) -> None:
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
         idle = self.match.halted is not None or self.match.over

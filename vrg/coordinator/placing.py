@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from vrg.assignment import assign
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, WorldRequest
 from vrg.bus.topics import Keys
@@ -15,12 +16,8 @@ def assigned(poses: Mapping[str, Pose], marks: Sequence[Pose]) -> dict[str, Pose
     Args:
         poses: where the players are. marks: at least as many as there are players.
     """
-    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - only the referee needs it: 0.3 s and 46 MB
-
-    if not poses:
-        return {}
     costs = [[(pose.x - mark.x) ** 2 + (pose.y - mark.y) ** 2 for mark in marks] for pose in poses.values()]
-    return {name: marks[column] for name, column in zip(poses, linear_sum_assignment(costs)[1], strict=True)}
+    return {name: marks[column] for name, (_, column) in zip(poses, assign(costs), strict=True)}
 
 
 class Placing:

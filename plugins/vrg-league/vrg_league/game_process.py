@@ -31,7 +31,6 @@ _NODES = (
     "vrg.agents.player",
     "vrg.agents.importing",
     "vrg.agents.radio",
-    "scipy.optimize",
 )
 """The modules that every game needs, and that are imported only when its nodes are made or when it lines up."""
 _RESULT_SIZE = 10_000_000

@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
-import numpy as np
 from msgspec.structs import replace
-from scipy.optimize import linear_sum_assignment
 
 from vrg.agents.perception.line import TrackedLine, fitted, squared_distance
+from vrg.assignment import assign
 from vrg.bus.messages import Sighting
 
 GATE = 16.0
@@ -90,11 +89,11 @@ class Tracker:
         self._reported.update((source, s) for s in sightings)
         taken: set[int] = set()
         if self.tracks:
-            costs = np.array([[min(t.line.surprise(s), 2 * GATE) for t in self.tracks] for s in sightings])
-            for row, column in zip(*linear_sum_assignment(costs), strict=True):
-                if costs[row, column] <= GATE:
+            costs = [[min(t.line.surprise(s), 2 * GATE) for t in self.tracks] for s in sightings]
+            for row, column in assign(costs):
+                if costs[row][column] <= GATE:
                     self.tracks[column] = _with(self.tracks[column], sightings[row], source)
-                    taken.add(int(row))
+                    taken.add(row)
         for number, sighting in enumerate(sightings):
             if number not in taken:
                 self._count += 1
