@@ -78,7 +78,8 @@ def test_the_player_plays_both_roles_and_every_round(vrg: Vrg, tmp_path: Path) -
     assert said.count("begin") == 2
     assert "tag" in said
     assert min(ending.state.score.values()) > 0, "minnows came home, and sharks tagged"
-    assert not list((tmp_path / "run").glob("player*.log")), "the players do not fail"
+    logs = [log.read_text(encoding="utf-8") for log in (tmp_path / "run").glob("player*.log")]
+    assert logs == [""] * 7, "the players do not fail"
     assert not {"out_of_bounds", "disqualified", "late", "pass_limit", "halt"} & set(said)
 
 

@@ -281,6 +281,12 @@ def test_code_of_a_file_decides_in_the_process_of_the_match_by_a_word_alone(
     assert "in" in said, "what it prints is in its log"
 
 
+def test_trusted_code_that_prints_without_end_fills_no_disk(tmp_path: Path) -> None:
+    _, calls = played(None, tmp_path, "Prints")
+    assert CULPRITS["Prints"] in calls[0].text
+    assert (tmp_path / "logs" / "bob.log").stat().st_size < 2_200_000
+
+
 LOOPS = """        open("looping", "w").close()
         try:
             while True:

@@ -161,8 +161,8 @@ class SubprocessStrategy(SteppedStrategy):
         server: forks its process. machine: the name of the machine on which it decides.
         sealed: False does not seal it.
         keys: the folder of the keys of the match's seats, of which it is to see nothing; None in a match without them.
-        in_player: True in the process of its player: it prints and logs where that does, what is forfeited is told, and
-            one that is sealed gets one processor core, on which it comes behind others.
+        in_player: True in the process of its player: it prints and logs where that does, and one that is sealed gets
+            one processor core, on which it comes behind others.
         make: False only imports the class of the strategy, which then cannot decide.
         deadline: the real time in s after which it forfeits a step, which is then noted; None waits for it.
         past, write: see `SteppedStrategy`. now: returns the real time, s.
@@ -328,11 +328,12 @@ class SubprocessStrategy(SteppedStrategy):
             self._process.send_signal(signal.SIGUSR1)
 
     def _forfeited(self) -> None:
-        """Count a forfeited decision, and tell of it now and then where a log of steps does not."""
+        """Count a forfeited decision, and tell of it now and then."""
         self.forfeited += 1
-        if self._in_player and self._now() - self._told > _TELL:
+        if self._now() - self._told > _TELL:
             self._told = self._now()
-            log.warning("a decision took more than %g s and is forfeited: %d so far", self._deadline, self.forfeited)
+            whose = "" if self._in_player else f"{self.name}: "
+            log.warning("%sa decision took more than %g s: forfeited, %d so far", whose, self._deadline, self.forfeited)
 
     def check(self) -> None:
         """See `RemoteStrategy.check`. In a match in steps `act` finds this out, so that a repetition has it, too."""

@@ -60,7 +60,7 @@ def prepare(launch: Launch, server: ForkServer) -> Launch:
     if launch.steps and any(is_sealed(setup, player.name, seats=False) for player in setup.players):
         check_able()
     strategies = launch.strategies(server)
-    if launch.how is How.IN_PROCESS and any(strategies.is_apart(setup, player.name) for player in setup.players):
+    if launch.steps and not setup.hosts and any(strategies.is_apart(setup, p.name) for p in setup.players):
         if not server.alive:
             server.start([deciding.__name__])
         with trial(server) as tried:

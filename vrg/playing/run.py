@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -190,7 +191,13 @@ class Run:
         return pa.Table.from_arrays(whole.columns, schema=pa.schema(fields))
 
     def to_pandas(self) -> Any:
-        """The table of `to_arrow` as a DataFrame of pandas, which must be installed."""
+        """The table of `to_arrow` as a DataFrame of pandas.
+
+        Raises:
+            ConfigError: pandas is not installed. Others as `to_arrow`.
+        """
+        if find_spec("pandas") is None:
+            raise ConfigError(["to_pandas: pandas is not installed: `pip install pandas`, or take `to_arrow`"])
         return self.to_arrow().to_pandas()
 
     def why(self, call: int) -> Why:

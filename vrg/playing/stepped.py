@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from vrg.agents.player import Player
 from vrg.agents.radio import Radio
@@ -21,6 +21,7 @@ from vrg.bus.stopping import Stop, StopSignal
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, GivenUpError, StrategyError
 from vrg.launch.process_log import ProcessLog
+from vrg.launch.sandbox.bounds import BoundedOutput
 from vrg.launch.strikes import Strikes
 from vrg.launch.vacancies import disqualification
 from vrg.system import in_main_thread
@@ -42,16 +43,16 @@ class Failure:
 class InlineCode:
     """What surrounds code of a file that decides in this process; a context manager that is used again and again.
 
-    What it prints goes to the log of its player. Once the match is to stop, Ctrl-C interrupts it. In another thread
-    than the main one neither holds.
+    What it prints goes to the log of its player, within bounds. Once the match is to stop, Ctrl-C interrupts it. In
+    another thread than the main one neither holds.
 
     Args:
-        log: the log; None lets it print. stop: what tells that the match is to stop.
+        log: the log; None lets it print. stop: what tells that the match is to stop. now: returns the match time, s.
     """
 
-    def __init__(self, log: ProcessLog | None, stop: StopSignal | None) -> None:
-        self._log, self._stop = log, stop if isinstance(stop, Stop) else None
-        self._stream: TextIO | None = None
+    def __init__(self, log: ProcessLog | None, stop: StopSignal | None, now: Callable[[], float]) -> None:
+        self._log, self._stop, self._now = log, stop if isinstance(stop, Stop) else None, now
+        self._stream: BoundedOutput | None = None
         self._before = sys.stdout, sys.stderr
 
     def __enter__(self) -> None:
@@ -61,9 +62,10 @@ class InlineCode:
             self._stop.interrupts = True
         if self._log is not None:
             if self._stream is None:
-                self._stream = io.TextIOWrapper(
+                text = io.TextIOWrapper(
                     self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True
                 )
+                self._stream = BoundedOutput(text, self._now)
             self._before = sys.stdout, sys.stderr
             sys.stdout = sys.stderr = self._stream
 
@@ -124,7 +126,7 @@ class SteppedPlayer(Node):
         self._strikes = Strikes()
         self._out = False
         self._log = None if log is None else ProcessLog(log)
-        self._around = InlineCode(self._log, stop)
+        self._around = InlineCode(self._log, stop, lambda: self.mailbox.now)
         self._inline = inline
         self._trim_at = 0.0
 
