@@ -122,7 +122,9 @@ def test_an_environment_of_links_is_good(install: Install, tmp_path: Path) -> No
     assert lacking("abacus", ABACUS) is None
 
 
-OTHERS = {"abacus-core", "gs-usb", "lerobot", "msgpack", "mujoco-core", "notebook", "pandas", "pygame"}
+OTHERS = {
+    "abacus-core", "build", "gs-usb", "lerobot", "msgpack", "mujoco-core", "notebook", "pandas", "pygame", "twine",
+}  # fmt: skip
 """The distributions of others that people are told to install."""
 
 

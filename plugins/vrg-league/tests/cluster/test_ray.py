@@ -168,7 +168,7 @@ def test_files_that_would_lie_outside_the_folder_are_refused(tmp_path: Path) -> 
 def test_without_ray_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrg.packages.find_spec", lambda _: None)
     with pytest.raises(
-        LaunchError, match=r"--ray: .* pip install 'virtual-robotic-games[league]'\[ray\]', here and on every computer"
+        LaunchError, match=r"--ray: .* pip install 'virtual-robotic-games-league\[ray\]', here and on every computer"
     ):
         RayWorkers.require()
 
