@@ -185,7 +185,7 @@ class Commands(TyperGroup):
                 formatter.write(f"  {typer.style(name.ljust(width), fg='cyan')}  {about}\n")
         if ctx.parent is None:
             there = any(WITHOUT_COMMAND in listed for listed in whole.values())
-            alone = f"Alone, vrg is vrg {WITHOUT_COMMAND}. " if there else ""
+            alone = f"Without a command, vrg runs vrg {WITHOUT_COMMAND}. " if there else ""
             formatter.write(f"{alone}Also: --version, --install-completion.\n")
 
 

@@ -115,7 +115,7 @@ def host() -> None:
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     os.dup2(2, 1)
-    frames: Frames[ToAgent] = Frames(ToAgent)  # type: ignore[arg-type]  # a union is no class
+    frames: Frames[ToAgent] = Frames(ToAgent)  # type: ignore[arg-type]  # a union
     home = platformdirs.user_state_path("vrg") / "hosted"
     with child_process(leash=False) as stop:
         HostAgent(Channel(reader, writer, frames), home, stop).run()

@@ -202,8 +202,7 @@ class SubprocessStrategy(SteppedStrategy):
             run.prepare()
         log = run.logs / f"{name}.log"
         self._log, self._dumped = ProcessLog(log), 0
-        # A union is no class.
-        frames: Frames[Answer] = Frames(Answer, BANNER if machine in setup.hosts else b"")  # type: ignore[arg-type]
+        frames: Frames[Answer] = Frames(Answer, BANNER if machine in setup.hosts else b"")  # type: ignore[arg-type]  # a union
         self._elsewhere = machine in setup.hosts
         if self._elsewhere:
             assignment = assignment_elsewhere(setup, name, sealed=sealed)

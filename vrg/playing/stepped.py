@@ -82,7 +82,7 @@ class InlineCode:
 
 
 class SteppedPlayer(Node):
-    """See the module.
+    """A player that goes on with a fresh strategy after a failure, until it has failed too often.
 
     Args:
         player: the player. keys: the keys of the match.

@@ -34,7 +34,7 @@ def untried() -> str | None:
 
 @dataclass(frozen=True)
 class Trial:
-    """See the module.
+    """Tries strategies in processes of their own, sealed where this machine can seal.
 
     Args:
         server: forks the processes. run: a folder for what they write.

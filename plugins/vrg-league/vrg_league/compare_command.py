@@ -224,7 +224,7 @@ def _match_of(options: EvaluationOptions) -> "tuple[CheckedMatch, Origin | None]
     if options.since is None:
         match = match_path(options.match or "")
         if options.team is not None:
-            raise ConfigError("--team: expected --from too: in a match from its beginning both teams are compared")
+            raise ConfigError("--team needs --from: from the beginning of a match, both teams are compared")
         engine = options.engine or "planar"
         return load_match(match, engine=engine, lasers=options.lasers, sandbox=options.sandbox), None
     if options.engine is not None or options.lasers is not None:
@@ -239,7 +239,7 @@ def _match_of(options: EvaluationOptions) -> "tuple[CheckedMatch, Origin | None]
     if options.sandbox is None:
         setup = structs.replace(setup, sandbox=None)  # the run may be a stranger's, and its match file with it
     if options.team is None:
-        raise ConfigError(f"--from: expected --team too: {' or '.join(teams_of(setup))}")
+        raise ConfigError(f"--from needs --team: {' or '.join(teams_of(setup))}")
     teams_of(setup, options.team)
     origin = origin_at(folder, duration()(instant), options.team)
     if options.limit <= origin.time:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def diff(
     there: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
-    here: Annotated[Path, typer.Argument(metavar="RUN", help="Another one, of the same match.")],
+    here: Annotated[Path, typer.Argument(metavar="RUN", help="A second run of the same match.")],
 ) -> None:
     """Find where two runs of one match parted: the first step, which node published something else in it, and what.
 

@@ -245,7 +245,7 @@ class RemoteHost:
         self._silence = Silence(now)
         self._sent = 0
         self.reports.begin()
-        frames: wire.Frames[wire.ToLauncher] = wire.Frames(wire.ToLauncher, wire.BANNER)  # type: ignore[arg-type]  # a union is no class
+        frames: wire.Frames[wire.ToLauncher] = wire.Frames(wire.ToLauncher, wire.BANNER)  # type: ignore[arg-type]  # a union
         log = self._folder.logs / f"host-{self.machine}.log"
         self._connection = Connection(self.machine, self._reached, log, "node host", frames)
         self._script = self._bring_up()

@@ -98,7 +98,7 @@ def bundled(folder: Traversable, entry: str) -> str:
 
 
 def _taken(found: re.Match[str]) -> str:
-    """What takes from a module that was loaded before what an import takes."""
+    """The line that takes the imported names from a module that stands before it in the file."""
     return f'const {{ {found[1].replace(" as ", ": ")} }} = modules["{found[2]}"];\n'
 
 

@@ -227,7 +227,9 @@ def jog(
     from vrg_drives.bringup.calibrating import bring_up
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
-        raise ConfigError(f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}")
+        raise ConfigError(
+            f"--speed: expected from -{_JOG_FASTEST:g} to {_JOG_FASTEST:g} turns per second, and not 0, got {speed:g}"
+        )
     link, spoken = on.link(), protocol_of(protocol)
     if problem := spoken.axis_type.check_node(id_):
         raise ConfigError(f"--id: {problem}")
