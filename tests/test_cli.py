@@ -287,7 +287,7 @@ def test_alone_it_prints_its_help_where_no_package_adds_what_a_person_starts_wit
     done = vrg()
     assert done.status == 2
     assert "COMMAND ..." in done.out
-    assert "Alone" not in done.out
+    assert "Without a command" not in done.out
 
 
 def entry_of(tmp_path: Path, text: str) -> Any:

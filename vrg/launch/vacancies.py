@@ -35,7 +35,7 @@ def disqualification(name: str, why: str) -> Official:
 
 
 class Vacancies:
-    """The players that have failed for good, and what the referee is asked to do about them.
+    """Asks the referee to take players out that have failed for good, and lets others play in their places.
 
     Args:
         mailbox: the launcher's mailbox. keys: the keys of the match. players: the names of the players.

@@ -87,7 +87,7 @@ def test_a_game_is_played_again_as_it_was_and_the_report_gives_no_strategy_the_t
 def test_a_changed_record_and_wrong_options_are_refused(vrg: Vrg, run: str, match: Path) -> None:
     command = ("compare", "players.py:Lazy", "sharks-and-minnows", "--from")
     for options, wrong in (
-        ((f"{run}@{INSTANT}",), "expected --team too: sharks or minnows"),
+        ((f"{run}@{INSTANT}",), "--from needs --team: sharks or minnows"),
         ((f"{run}@{INSTANT}", "--team", "crabs"), "expected a team, sharks or minnows, got crabs"),
         ((f"{run}@9999", "--team", "sharks"), "expected an instant from 0 to"),
         ((run, "--team", "sharks"), "expected RUN@TIME"),
