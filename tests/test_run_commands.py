@@ -118,6 +118,12 @@ def test_the_newest_run_that_has_ended_is_meant_if_none_is_named() -> None:
         ended_run(Path("olt"))
 
 
+def test_where_the_only_run_still_runs_that_is_said() -> None:
+    going = made("going", 1.2e9)
+    with running(going), pytest.raises(LaunchError, match="going: this match still runs: close its window"):
+        ended_run(None)
+
+
 def test_a_replay_is_told_as_json_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     made("old", 1e9)

@@ -223,7 +223,7 @@ def ended_run(run: Path | None, runs: Path = Path("runs")) -> "tuple[RunFolder, 
     """
     folder, setup = run_of(run, runs, ended=True)
     if is_running(folder.path):
-        raise LaunchError(f"{folder.path}: this match still runs: ask again when it has ended")
+        raise LaunchError(f"{folder.path}: this match still runs: close its window, or ask again when it has ended")
     return folder, setup
 
 
@@ -242,9 +242,9 @@ def run_of(run: Path | None, runs: Path = Path("runs"), *, ended: bool = False) 
     whole = [path for path in run_folders(runs) if RunFolder(path).setup.is_file()]
     there = [path for path in whole if not (ended and run is None and is_running(path))]
     if run is None:
-        if not there:
+        if not whole:
             raise LaunchError(f"{runs}: expected a run folder in it, found none: `vrg play` makes one")
-        run = there[0]
+        run = (there or whole)[0]
         typer.echo(f"{run}:", err=True)
     elif not run.exists() and len(run.parts) == 1:
         run = runs / run
