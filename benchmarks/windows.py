@@ -42,7 +42,7 @@ def _window(kind: str, endpoint: str, run: str) -> None:
     from vrg.config.setup import read_setup  # noqa: PLC0415
     from vrg.kinds import KINDS  # noqa: PLC0415
     from vrg.launch.process import by_hand  # noqa: PLC0415
-    from vrg.launch.serving import serve  # noqa: PLC0415
+    from vrg.launch.process_main import serve  # noqa: PLC0415
     from vrg.runs.run_folder import RunFolder  # noqa: PLC0415
     from vrg.ui.window import window  # noqa: PLC0415
 

@@ -21,7 +21,7 @@ from vrg.hal.models import MODELS
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import load_map
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.tiny import forms
 

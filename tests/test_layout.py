@@ -297,10 +297,10 @@ BUDGETS = {
     "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_415,
     "recording": 1_155,  # with what a file of MCAP cannot hold
-    "playing": 2_000,  # with matches over processes, code that is trusted, processes that begin together
+    "playing": 2_005,  # with matches over processes, code that is trusted, processes that begin together
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 675,  # with where plug-ins lie, and signals
-    "navigation": 400,
+    "navigation": 445,
     "seats": 500,
     "templates": 10,
 }

@@ -15,7 +15,7 @@ from vrg.commands.options import web_address
 from vrg.commands.page import encrypted, open_page, page_of, print_links, reached_at
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import WEB
-from vrg.launch import managed, serving
+from vrg.launch import managed, process_main
 from vrg.launch.endpoints import free_port
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ManagedProcess
@@ -124,7 +124,7 @@ def test_a_process_is_given_its_secret_at_each_start_and_in_no_argument(tmp_path
         "import os, sys; print(sys.argv, os.environ); print(len(sys.stdin.readline().strip()), flush=True)"
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(managed, "serving", SimpleNamespace(__name__="listening"))
+    monkeypatch.setattr(managed, "process_main", SimpleNamespace(__name__="listening"))
     process = ManagedProcess(Process(name="web", kind="web"), tmp_path / "log", ForkServer(), "t0ken")
     for _ in range(2):
         process.start()
@@ -139,7 +139,7 @@ def test_a_page_without_its_tokens_says_that_its_supervisor_is_gone(monkeypatch)
     reader, writer = os.pipe()
     os.write(writer, b'{"host": "127.0.0.1"')
     os.close(writer)
-    monkeypatch.setattr(serving, "LEASH", reader)
+    monkeypatch.setattr(process_main, "LEASH", reader)
     with pytest.raises(LaunchError, match="the supervisor is gone"):
-        serving.read_secret()
+        process_main.read_secret()
     os.close(reader)

@@ -99,7 +99,7 @@ class Kind:
             raise ConfigError([f"{self.shown or self.name} cannot be shown: {why}" for why in problems])
 
 
-_WINDOW = "vrg.launch.serving:run_window"
+_WINDOW = "vrg.launch.process_main:run_window"
 _DECIDES = (SeatKind.OFFICIAL, SeatKind.WINDOW)
 
 ROUTER = Kind(

@@ -10,7 +10,7 @@ from vrg.agents.strategy import Strategy
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.games import STRATEGY_FILES, file_of, has_name, is_strategy_file, unreadable
-from vrg.launch.nodes.strategy import strategy_class
+from vrg.launch.strategy_class import strategy_class
 
 WHY = r"x\.npz: expected a file that an installed package reads, got one of a kind that the package "
 WHY += "virtual-robotic-games-learn adds: "

@@ -248,7 +248,7 @@ from vrg.launch.fork_server import OwnForks
 
 forks = OwnForks()
 with open(os.devnull, "wb") as log:
-    ends, killed, left = (forks.run("vrg.playing.deciding", (), log) for _ in range(3))
+    ends, killed, left = (forks.run("vrg.playing.strategy_process", (), log) for _ in range(3))
 ends.stream.close()
 assert ends.wait(60.0)
 threads = [threading.Thread(target=killed.kill) for _ in range(8)]

@@ -48,7 +48,7 @@ Make = Callable[..., Supervisor]
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
     (tmp_path / "players.py").write_text(PLAYER, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.getcwd()}")
-    monkeypatch.setattr(managed, "serving", SimpleNamespace(__name__="players"))
+    monkeypatch.setattr(managed, "process_main", SimpleNamespace(__name__="players"))
     made: list[Supervisor] = []
 
     def supervisor(*kinds: str, memory: int = 2000) -> Supervisor:
@@ -84,7 +84,7 @@ def test_who_fails_by_the_same_error_for_the_third_time_ends_the_match_and_is_na
 ) -> None:
     (tmp_path / "players.py").write_text(PLAYER, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.getcwd()}")
-    monkeypatch.setattr(managed, "serving", SimpleNamespace(__name__="players"))
+    monkeypatch.setattr(managed, "process_main", SimpleNamespace(__name__="players"))
     spec = Process(name="referee", kind="coordinator", run=str(tmp_path), strategy="broken", says="started")
     said = list[str]()
     supervisor = Supervisor([spec], "tcp/h:1", Keys("match"), tmp_path, said.append)

@@ -14,7 +14,7 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import MODELS
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 from vrg.playing.in_process import play
 from vrg.runs.result import conclusion, write_result
 from vrg.runs.run_folder import RunFolder

@@ -13,7 +13,7 @@ from vrg.bus.messages import DISQUALIFIED, Call, Stage
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
 from vrg.launch.fork_server import ForkServer, fork_server
-from vrg.playing import apart, deciding
+from vrg.playing import apart, strategy_process
 from vrg.playing.in_process import Ending
 from vrg.playing.strategies import Strategies
 from vrg.testing import matches
@@ -123,7 +123,7 @@ def match_with(folder: Path, *kinds: str, code: str = BROKEN, more: str = "") ->
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[ForkServer]:
-    with fork_server(preload=[deciding.__name__]) as started:
+    with fork_server(preload=[strategy_process.__name__]) as started:
         yield started
 
 

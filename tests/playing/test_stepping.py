@@ -33,10 +33,10 @@ from vrg.launch.sandbox.seal import missing
 from vrg.playing import apart, in_process
 from vrg.playing.apart import BUDGET, StrategyHere, SubprocessStrategy
 from vrg.playing.branch import play_branch, repeat_match
-from vrg.playing.deciding import Decision, Failed, Ready
 from vrg.playing.in_process import Ending
 from vrg.playing.stepped import SteppedPlayer
 from vrg.playing.strategies import Strategies
+from vrg.playing.strategy_process import Decision, Failed, Ready
 from vrg.runs.change import Change
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder

@@ -18,7 +18,7 @@ from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.emulation import EMULATING
 from vrg.hal.can.workshop.motor import MotorModel
-from vrg.launch.serving import child_process
+from vrg.launch.process_main import child_process
 from vrg.system import boot_time
 from vrg.tables import problems_of
 

@@ -59,9 +59,9 @@ class Attached:
         return self.setup
 
     def serve(self, kind: Kind, name: str = "", run: Path | None = None, secret: str = "") -> None:
-        """Run a node of it in this process until it ends; see `vrg.launch.serving.serve`."""
+        """Run a node of it in this process until it ends; see `vrg.launch.process_main.serve`."""
         from vrg.launch.process import by_hand  # a decision needs no node
-        from vrg.launch.serving import serve
+        from vrg.launch.process_main import serve
 
         process = by_hand(kind, name, self.endpoint, run=run, keys=keys_of(self.endpoint, self.typed_keys))
         exit_if_interrupted(serve(process, self.setup, secret=secret, quiet=True))

@@ -101,7 +101,7 @@ def _game_of(targets: Sequence[str], game: str | None) -> str:
         ConfigError: a policy plays another one alone.
     """
     from vrg.games import is_strategy_file
-    from vrg.launch.nodes.strategy import strategy_class
+    from vrg.launch.strategy_class import strategy_class
 
     for target in targets:
         able = strategy_class(target, Path.cwd()).games if is_strategy_file(target) else ()

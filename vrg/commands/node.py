@@ -25,8 +25,8 @@ from vrg.config.targets import whole_target
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind, Opening
 from vrg.launch.process import by_hand
+from vrg.launch.process_main import child_process, is_sealed, serve, serve_router
 from vrg.launch.sandbox.variables import start_with_named_variables
-from vrg.launch.serving import child_process, is_sealed, serve, serve_router
 from vrg.registry import expected_one_of, load_object, loaded
 from vrg.system import POSIX
 

@@ -74,7 +74,7 @@ def processes(on: MatchOptions) -> None:
 def diagram(player: PlayerArgument, match: MatchArgument = None, router: RouterOption = None) -> None:
     """Print the statechart of a player as Mermaid. MATCH may also be a match file, or a game, that does not run."""
     from vrg.agents.charon import mermaid
-    from vrg.launch.nodes.strategy import strategy_of
+    from vrg.launch.strategy_class import strategy_of
 
     setup = (setup_named(match) if match else None) or attached(MatchOptions(match, router)).known_setup()
     strategy = strategy_of(setup, player)

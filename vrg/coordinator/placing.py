@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
-from vrg.assignment import assign
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, WorldRequest
 from vrg.bus.topics import Keys
 from vrg.coordinator.outcome import Answer, Effects
+from vrg.navigation.assignment import assign
 from vrg.types import Pose
 
 

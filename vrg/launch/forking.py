@@ -30,7 +30,7 @@ from typing import NoReturn
 from vrg.system import end_group
 
 PRELOADED = (
-    "vrg.launch.serving",
+    "vrg.launch.process_main",
     "vrg.agents.player",
     "vrg.launch.nodes.player",
     "vrg.bus.session",

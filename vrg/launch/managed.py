@@ -11,7 +11,7 @@ from msgspec import structs
 
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError
-from vrg.launch import serving
+from vrg.launch import process_main
 from vrg.launch.ending import Ending, told
 from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process import Process
@@ -100,7 +100,7 @@ class ManagedProcess:
         try:
             with self.log.open() as log:
                 self._log_begins = log.tell()
-                module = "vrg" if self.spec.command else serving.__name__
+                module = "vrg" if self.spec.command else process_main.__name__
                 self._process = self._server.run(
                     module, self.spec.arguments, log, forked=not self.spec.command, trusted=self.spec.trusted
                 )

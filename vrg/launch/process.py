@@ -9,7 +9,7 @@ from vrg.kinds import KINDS, ROUTER, Kind
 
 
 class Process(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A process of a match. As JSON it is the argument with which it is started; see `vrg.launch.serving.main`.
+    """A process of a match. As JSON it is the argument with which it is started; see `vrg.launch.process_main.main`.
 
     Args:
         name: of the process and of its log.

@@ -18,8 +18,8 @@ from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
 from vrg.launch.managed import HANDOVER, STOP_TIMEOUT, ManagedProcess
 from vrg.launch.process import Process
+from vrg.launch.process_main import FAILED_FOR_GOOD, HUNG
 from vrg.launch.pulses import Pulses
-from vrg.launch.serving import FAILED_FOR_GOOD, HUNG
 from vrg.runs.events import EventKind, NoNotes, Notes
 from vrg.seats.credentials import Credentials
 

@@ -1,9 +1,9 @@
 """Strategies that decide in processes of their own: the side of the match.
 
-A fork server that knows nothing of the match forks a process for each of these (`vrg.playing.deciding`); over processes
-that of its player does, before it has a thread, a session, keys or a driver. So the memory of such a process has
-nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it answers is decoded,
-and nothing in it is run. A strategy that does not answer in time forfeits the step, and holds up nothing.
+A fork server that knows nothing of the match forks a process for each of these (`vrg.playing.strategy_process`). Over
+processes that of its player does, before it has a thread, a session, keys or a driver. So the memory of such a process
+has nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it answers is
+decoded, and nothing in it is run. A strategy that does not answer in time forfeits the step, and holds up nothing.
 
 What a player has missed is written to the log of steps. When the match is played again, here or in a process of its
 own, it is missed again.
@@ -37,9 +37,9 @@ from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.wire import BANNER, Frames
 from vrg.launch.sandbox.excess import excess
-from vrg.playing import deciding
-from vrg.playing.deciding import Answer, Assignment, Decision, Failed
+from vrg.playing import strategy_process
 from vrg.playing.elsewhere import assignment_elsewhere
+from vrg.playing.strategy_process import Answer, Assignment, Decision, Failed
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Line, Missed
 from vrg.system import POSIX
@@ -213,7 +213,7 @@ class SubprocessStrategy(SteppedStrategy):
                 setup.for_player(name), name, str(run.path.resolve()), sealed, make, in_player, hidden
             )
             with os.fdopen(os.dup(1), "wb") if in_player else log.open("ab") as file:
-                self._process = server.run(deciding.__name__, (), file, trusted=not sealed)
+                self._process = server.run(strategy_process.__name__, (), file, trusted=not sealed)
             pipe = self._process.detached()
             self._channel = Channel(pipe, pipe, frames)
         self._send(msgspec.json.encode(assignment))
@@ -230,7 +230,7 @@ class SubprocessStrategy(SteppedStrategy):
             pass
         self._made.set()
         ready = self._answers.pop(0) if self._answers else None
-        if isinstance(ready, deciding.Ready):
+        if isinstance(ready, strategy_process.Ready):
             # Each strategy has its own, so they are no attribute of the class.
             self.priorities = ready.priorities  # type: ignore[misc]
             self._complaint = ready.complaint

@@ -23,7 +23,7 @@ from vrg.coordinator.evidence import TINY, Exhibit, read_evidence
 from vrg.errors import ConfigError, GivenUpError, LaunchError
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 from vrg.playing import in_process
 from vrg.playing.in_process import Ending
 from vrg.playing.strategies import Strategies

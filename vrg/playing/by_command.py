@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from vrg.bus.stopping import Stop
 from vrg.errors import LaunchError
-from vrg.launch.serving import held
+from vrg.launch.process_main import held
 from vrg.playing.run import Run
 
 _LOOKED: Final = 0.2

@@ -19,7 +19,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.games import file_of
 from vrg.launch.remote.travel import take_in
 from vrg.launch.remote.wire import BANNER, FilePart
-from vrg.playing.deciding import Assignment, decide
+from vrg.playing.strategy_process import Assignment, decide
 from vrg.runs.run_folder import RunFolder
 
 _LOOK = 0.2

@@ -18,10 +18,10 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, installed
 from vrg.kinds import every_kind
 from vrg.launch.fork_server import ForkServer, fork_server
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.process_main import is_sealed
 from vrg.launch.sandbox.seal import check_able
-from vrg.launch.serving import is_sealed
-from vrg.playing import deciding, in_steps, over_processes
+from vrg.launch.strategy_class import strategy_of
+from vrg.playing import in_steps, over_processes, strategy_process
 from vrg.playing.launch import How, Launch, Played, Way
 from vrg.playing.strategies import Strategies
 from vrg.playing.trial import once_each, trial
@@ -62,7 +62,7 @@ def prepare(launch: Launch, server: ForkServer) -> Launch:
     strategies = launch.strategies(server)
     if launch.steps and not setup.hosts and any(strategies.is_apart(setup, p.name) for p in setup.players):
         if not server.alive:
-            server.start([deciding.__name__])
+            server.start([strategy_process.__name__])
         with trial(server) as tried:
             check_strategies(setup, once_each(tried.make))
     elif launch.how is How.IN_PROCESS:

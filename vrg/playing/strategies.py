@@ -10,8 +10,8 @@ from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.fork_server import ForkServer, OwnForks
-from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.sandbox.seal import check_able
+from vrg.launch.strategy_class import strategy_of
 from vrg.playing.apart import DEADLINE, Past, SpentStrategy, StrategyHere, SubprocessStrategy, Write
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.runs.step_log import Line, Missed, Unmade
@@ -27,7 +27,7 @@ def begun(setup: MatchSetup, name: str, run: RunFolder, keys: Path | None) -> Su
         StrategyError: it cannot be imported or made. LaunchError: no process can be started.
         SandboxError: it is to be sealed, and this machine cannot do it.
     """
-    from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which a match in one process does not
+    from vrg.launch.process_main import is_sealed  # noqa: PLC0415 - it loads the bus, which a match in one process does not
 
     sealed = is_sealed(setup, name, seats=keys is not None)
     if not POSIX or not (sealed or setup.strategy_file(name) is not None):
@@ -162,7 +162,7 @@ class Strategies:
         """
         if self.server is None or self.run is None:
             raise ValueError(f"{name}: a strategy that decides in a process of its own needs a run folder")
-        from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
+        from vrg.launch.process_main import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
 
         sealed = self._is_strangers(setup, name) or is_sealed(setup, name, seats=self.seats)
         try:

@@ -14,9 +14,9 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import has_name
 from vrg.launch.fork_server import ForkServer, fork_server
-from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.sandbox.seal import missing
-from vrg.playing import deciding
+from vrg.launch.strategy_class import strategy_class, strategy_of
+from vrg.playing import strategy_process
 from vrg.playing.apart import SubprocessStrategy
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.system import POSIX
@@ -104,5 +104,5 @@ def trial(server: ForkServer | None = None) -> Iterator[Trial]:
     """
     with ExitStack() as stack:
         place = stack.enter_context(scratch_folder())
-        server = server or stack.enter_context(fork_server(preload=[deciding.__name__]))
+        server = server or stack.enter_context(fork_server(preload=[strategy_process.__name__]))
         yield Trial(server, RunFolder(place))

@@ -6,7 +6,7 @@ import pytest
 
 from vrg.config.loading import load_match
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 from vrg.playing.in_process import Ending, play
 from vrg.runs.run_folder import RunFolder
 

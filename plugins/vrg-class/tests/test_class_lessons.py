@@ -27,7 +27,7 @@ NAMES = [f"{game}: {step.name}" for game, step in STEPS]
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[ForkServer]:
-    found = server_for("roboflag", "planar", "vrg.playing.deciding")
+    found = server_for("roboflag", "planar", "vrg.playing.strategy_process")
     yield found
     found.close()
 

@@ -105,7 +105,10 @@ class Tries:
         self._waiting: deque[Try] = deque()
         self._long: set[str] = set()
         self._running: set[Try] = set()
-        self._server, self._turn = server_for(game, engine, trial.__name__, "vrg.playing.deciding"), threading.Lock()
+        self._server, self._turn = (
+            server_for(game, engine, trial.__name__, "vrg.playing.strategy_process"),
+            threading.Lock(),
+        )
         self._tasks: set[asyncio.Task[None]] = set()
         self._threads = ThreadPoolExecutor(2 * jobs)
 

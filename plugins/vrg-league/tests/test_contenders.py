@@ -6,7 +6,7 @@ import pytest
 
 from vrg import registry
 from vrg.errors import ConfigError
-from vrg.launch.nodes.strategy import strategy_class
+from vrg.launch.strategy_class import strategy_class
 from vrg_league.contenders import entered
 
 

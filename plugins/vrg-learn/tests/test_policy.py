@@ -21,9 +21,9 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.coordinator.journal import NoJournal
 from vrg.errors import ConfigError
 from vrg.games import file_of, has_name
-from vrg.launch.nodes.strategy import strategy_class, strategy_of
-from vrg.launch.sandbox.player import policy_of
+from vrg.launch.sandbox.player_policy import policy_of
 from vrg.launch.sandbox.policy import Access
+from vrg.launch.strategy_class import strategy_class, strategy_of
 from vrg.playing.in_process import play
 from vrg.playing.trial import trial
 from vrg.runs.keeping import files_of, files_of_strategy

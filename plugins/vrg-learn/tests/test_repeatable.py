@@ -14,7 +14,7 @@ from making import GAMES_LEARNED, digest, short_match
 from vrg.agents.strategy import Strategy, decided
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.matches import calls_of, played
 from vrg_learn.environment import MatchEnvironment

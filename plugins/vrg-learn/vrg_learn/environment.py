@@ -16,7 +16,7 @@ from vrg.bus.node import Node
 from vrg.config.loading import check_strategies
 from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import ConfigError
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 from vrg.types import Twist
 from vrg_learn.action import limits_of, twist_of
 from vrg_learn.episode import Episode

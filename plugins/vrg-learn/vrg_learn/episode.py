@@ -10,7 +10,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.nodes.player import player_node
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 from vrg.playing.in_process import assemble
 from vrg.types import STILL, Twist
 from vrg_learn.puppet import TARGET, Puppet

@@ -40,7 +40,7 @@ class Jobs:
 
     def __init__(self, longest: float = LONGEST) -> None:
         self._longest = longest
-        self._server = server_for("sharks-and-minnows", "planar", work.__name__, "vrg.playing.deciding")
+        self._server = server_for("sharks-and-minnows", "planar", work.__name__, "vrg.playing.strategy_process")
         self._turn = anyio.Lock()
         self._asked = 0
 

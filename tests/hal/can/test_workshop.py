@@ -47,7 +47,7 @@ print(*(name for name in own if "workshop" in name or name.endswith((".drive", "
 
 
 def test_neither_the_launcher_nor_the_fork_server_of_a_match_has_any() -> None:
-    code = "import sys, vrg.commands.playing, vrg.launch.fork_server, vrg.launch.nodes, vrg.launch.serving\n"
+    code = "import sys, vrg.commands.playing, vrg.launch.fork_server, vrg.launch.nodes, vrg.launch.process_main\n"
     code += "print(*(name for name in sys.modules if 'workshop' in name))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
     assert done.stdout.split() == []

@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
-from vrg.launch.sandbox.player import entries_of, libraries
+from vrg.launch.sandbox.player_policy import entries_of, libraries
 from vrg.launch.sandbox.policy import SealPolicy, files
 from vrg.launch.sandbox.seal import seal
 

@@ -124,9 +124,10 @@ class TestMemory:
 class TestStuck:
     def test_a_node_whose_threads_cannot_run_any_more_is_ended_without_a_supervisor(self) -> None:
         program = (
-            "import threading\nfrom vrg.bus.stopping import Stop\nfrom vrg.launch import serving\n"
-            "serving.STUCK = 1.0\n"
-            "threading.Thread(target=serving._hold_leash, args=(Stop(),), daemon=True).start()\nsum(iter(int, 1))\n"
+            "import threading\nfrom vrg.bus.stopping import Stop\nfrom vrg.launch import process_main\n"
+            "process_main.STUCK = 1.0\n"
+            "threading.Thread(target=process_main._hold_leash, args=(Stop(),), daemon=True).start()\n"
+            "sum(iter(int, 1))\n"
         )
         with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE) as process:
             assert process.wait(60.0) == -signal.SIGVTALRM

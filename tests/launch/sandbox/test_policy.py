@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from vrg.config.code_files import imported
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
-from vrg.launch.sandbox import player as reach
-from vrg.launch.sandbox.player import libraries, policy_of
+from vrg.launch.sandbox import player_policy as reach
+from vrg.launch.sandbox.player_policy import libraries, policy_of
 from vrg.launch.sandbox.policy import Access, SealPolicy, readable
 from vrg.runs.run_folder import RunFolder
 from vrg.testing import matches

@@ -8,8 +8,8 @@ from vrg.config.loading import load_match
 from vrg.errors import SandboxError
 from vrg.kinds import PLAYER
 from vrg.launch.process import by_hand
+from vrg.launch.process_main import serve
 from vrg.launch.sandbox import seal
-from vrg.launch.serving import serve
 from vrg.runs.result import summary, write_result
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.processes.match import short_match

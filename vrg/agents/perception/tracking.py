@@ -8,8 +8,8 @@ from statistics import median
 from msgspec.structs import replace
 
 from vrg.agents.perception.line import TrackedLine, fitted, squared_distance
-from vrg.assignment import assign
 from vrg.bus.messages import Sighting
+from vrg.navigation.assignment import assign
 
 GATE = 16.0
 """The squared Mahalanobis distance beyond which a sighting is of another robot: 0.03 % of the right ones are beyond."""

@@ -15,7 +15,7 @@ from vrg.hal.can.link import Medium
 from vrg.hal.clock import REAL_CLOCK
 from vrg.hal.device import Device
 from vrg.launch.context import Made, NodeContext
-from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.strategy_class import strategy_of
 
 log = logging.getLogger(__name__)
 

@@ -58,7 +58,7 @@ def commander(on: NodeContext) -> Made:
 
 
 def until_closed(on: NodeContext, window: WindowNode) -> Made:
-    """A window with what `vrg.launch.serving.run_window` is given: beside a match it stays as the match was left."""
+    """A window with what `process_main.run_window` is given: beside a match it stays as the match was left."""
     return Made(window, {"ended": None if on.own else gone(on.setup.name, on.process.router)})
 
 

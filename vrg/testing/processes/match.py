@@ -383,7 +383,7 @@ def _node(command: list[str]) -> str | None:
     """Which process of a match this is, by its command line or its title; None for any other."""
     if command[1:4] == ["-P", "-m", "vrg"]:  # python -P -m vrg node drives ...
         return "drives"
-    if command[1:4] == ["-P", "-m", "vrg.launch.serving"]:
+    if command[1:4] == ["-P", "-m", "vrg.launch.process_main"]:
         command = process_of(command[4]).title.split()
     words = " ".join(command).split()  # vrg player NAME in RUN
     if words[:1] != ["vrg"] or len(words) < 2:

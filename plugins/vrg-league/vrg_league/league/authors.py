@@ -24,7 +24,7 @@ from pydantic import Field, ValidationError
 
 from vrg.errors import ConfigError
 from vrg.files import read_text, toml_of, write_whole
-from vrg.launch.sandbox.player import entries_of, libraries
+from vrg.launch.sandbox.player_policy import entries_of, libraries
 from vrg.launch.sandbox.policy import Access, SealPolicy, files
 from vrg.runs.run_folder import delete
 from vrg.tables import Table, problems_of

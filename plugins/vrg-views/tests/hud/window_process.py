@@ -12,7 +12,7 @@ import pygame
 from vrg.config.setup import read_setup
 from vrg.kinds import KINDS
 from vrg.launch.process import by_hand
-from vrg.launch.serving import serve
+from vrg.launch.process_main import serve
 from vrg.runs.run_folder import RunFolder
 
 

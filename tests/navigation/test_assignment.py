@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.assignment import assign
+from vrg.navigation.assignment import assign
 
 optimize = pytest.importorskip("scipy.optimize", reason="SciPy comes with vrg-locate")
 SIZES = st.integers(1, 9)

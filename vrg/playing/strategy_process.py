@@ -26,11 +26,11 @@ from vrg.agents.strategy import Strategy, View, decided
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
-from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.process_log import LOG_FORMAT
 from vrg.launch.sandbox.bounds import BoundedOutput, bounded_memory, printing_to, say_where_on_request
-from vrg.launch.sandbox.player import policy_of
+from vrg.launch.sandbox.player_policy import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
+from vrg.launch.strategy_class import strategy_class, strategy_of
 from vrg.runs.run_folder import RunFolder
 
 

@@ -1,9 +1,9 @@
 """The life of every process of a match, from its start to its end: it runs one node, or the router.
 
-`python -P -m vrg.launch.serving PROCESS` is one that the supervisor has started. It does the same as `vrg node world`,
-`vrg node player` and so on, but it reads the set-up that the launcher has checked already, and it does not load the
-command line. In most cases it is forked from the fork server and needs no new interpreter. So twelve processes start in
-about the time of one.
+`python -P -m vrg.launch.process_main PROCESS` is one that the supervisor has started. It does the same as `vrg node
+world`, `vrg node player` and so on, but it reads the set-up that the launcher has checked already, and it does not load
+the command line. In most cases it is forked from the fork server and needs no new interpreter. So twelve processes
+start in about the time of one.
 """
 
 import json
@@ -44,7 +44,7 @@ from vrg.types import printable
 if TYPE_CHECKING:
     from vrg.ui.window.window_node import WindowNode
 
-log = logging.getLogger("vrg.launch.serving")  # also where it is the program itself
+log = logging.getLogger("vrg.launch.process_main")  # also where it is the program itself
 
 FAILED_FOR_GOOD, HUNG = 3, 4
 """The exit status of a player whose strategy has failed in a way that makes another start useless, or hangs."""
