@@ -31,7 +31,7 @@ _Event = tuple[Inlet[Message], Header, Origin]
 
 
 class Arrivals:
-    """See the module. Messages may arrive on any thread, one at a time for each inlet.
+    """The messages that have arrived over a bus. Messages may arrive on any thread, one at a time for each inlet.
 
     Args:
         now: returns a monotonic time, s.

@@ -30,7 +30,7 @@ _READMISSION_DELAY = 0.5
 
 
 class Attendance:
-    """See the module. `lost` is set by the caller, who looks at the field.
+    """The attendance of the players of a match. `lost` is set by the caller, who looks at the field.
 
     Args:
         mailbox: the coordinator's mailbox. keys: the keys of the match. names: the players.

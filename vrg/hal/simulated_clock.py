@@ -14,7 +14,7 @@ from vrg.hal.clock import MonotonicClock
 
 
 class SimulatedClock(MonotonicClock):
-    """See the module. It begins at 0 s."""
+    """A clock of simulated time, which begins at 0 s."""
 
     pause = 1e-3
 

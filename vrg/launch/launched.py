@@ -50,7 +50,7 @@ _LOOK = 0.02
 
 
 class LaunchedMatch:
-    """See the module.
+    """A match whose processes run on one machine or several.
 
     Args:
         setup: the match. folder: its run folder, on this machine.

@@ -26,7 +26,7 @@ _TAIL = 20_000
 
 
 class ProcessLog:
-    """See the module.
+    """The log of one process.
 
     Args:
         path: the file.

@@ -18,7 +18,7 @@ _LENGTH = 60
 
 @dataclass(frozen=True)
 class Difference:
-    """See the module.
+    """The first difference between two recordings of one match.
 
     Args:
         time: the match time, s. topic: what was published, such as `/robot/ann/drive`.

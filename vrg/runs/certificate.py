@@ -34,7 +34,7 @@ JUST_BEFORE = 0.001
 
 @dataclass(frozen=True)
 class Certificate:
-    """See the module.
+    """How each robot stopped at each HALT, emergency stop and death of a process.
 
     Args:
         incidents: what happened, in the order of match time. stops: how each robot stopped; see `RobotStop`.

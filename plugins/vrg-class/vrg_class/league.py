@@ -31,7 +31,7 @@ _NICE: Final = 15
 
 
 class ClassLeague:
-    """See the module. `rest` and `close` are for one thread, the others for any.
+    """The league of a class, which plays between tries. `rest` and `close` are for one thread, the others for any.
 
     Args:
         folder: of the class. match: of its games.

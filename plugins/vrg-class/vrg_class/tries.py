@@ -92,7 +92,7 @@ class Try:
 
 
 class Tries:
-    """See the module. All methods are for the server's loop.
+    """The queue of tries. All methods are for the server's loop.
 
     Args:
         jobs: the number of tries at a time. game, engine: what most tries need, which is loaded before.

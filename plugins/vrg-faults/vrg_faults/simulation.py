@@ -38,7 +38,7 @@ LINGERS: Final = 1.0
 
 
 class SimulatedMatch:
-    """See the module.
+    """A match of simulated processes on simulated time.
 
     Args:
         setup: the match, whose robots are virtual or have emulated drives. folder: for its journal and its recording.

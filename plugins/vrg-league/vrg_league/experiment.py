@@ -75,7 +75,7 @@ def origin_at(folder: RunFolder, time: float, team: str) -> Origin:
 
 
 class Definition(Struct, frozen=True, kw_only=True):
-    """See the module.
+    """All that the outcome of the games of an experiment depends on.
 
     Args:
         vrg: the release of VRG.

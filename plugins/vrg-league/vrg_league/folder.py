@@ -33,7 +33,7 @@ _json = msgspec.json.Encoder()
 
 
 class ExperimentFolder:
-    """See the module. A context manager; while it is open, no other process can use it.
+    """The folder of an experiment. A context manager; while it is open, no other process can use it.
 
     Args:
         path: the folder. If it is missing, it is made.

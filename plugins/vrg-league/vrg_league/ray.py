@@ -79,7 +79,7 @@ class _Running:
 
 
 class RayWorkers(Workers):
-    """See the module, and `Workers`.
+    """Plays games on a cluster of Ray; see `Workers`.
 
     Args:
         address: of a cluster that runs, such as `auto` or `192.168.1.5:6379`; LOCAL starts one that ends with this.

@@ -34,7 +34,7 @@ class SeriesResult:
 
 
 class Series:
-    """See the module.
+    """The series of games of one pairing.
 
     Args:
         pairs: the number of pairs after which the series ends in every case.

@@ -9,7 +9,7 @@ from vrg_league.ui.leaderboard import Block, page
 
 
 class Tournament:
-    """See the module.
+    """Each strategy against each other one, and all rated.
 
     Args:
         experiment: the games as they are now. confidence: of the intervals.

@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 
 
 class Jobs:
-    """See the module. It is closed at the end.
+    """Makes games and pictures in processes of their own, one at a time. It is closed at the end.
 
     Args:
         longest: the real time that a call may take, s.

@@ -18,7 +18,7 @@ _DEVICES: Final = re.compile(r"con|prn|aux|nul|(com|lpt)\d", re.IGNORECASE)
 
 
 class PlayerFolder:
-    """See the module.
+    """The folder of an agent's players.
 
     Args:
         path: the folder, which is made.

@@ -48,7 +48,7 @@ _RUN_RETENTION = 14 * 24 * 3600.0
 
 
 class HostAgent:
-    """See the module.
+    """Supervises the processes of a match on this machine, as the launcher tells it.
 
     Args:
         channel: the connection to the launcher. home: the folder for the folders of runs.

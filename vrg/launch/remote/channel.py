@@ -19,7 +19,7 @@ from others."""
 
 
 class Channel(Generic[M]):
-    """See the module.
+    """A connection between the launcher and an agent, over two pipes.
 
     Args:
         reader, writer: the descriptors to read from and to write to. They are made non-blocking.

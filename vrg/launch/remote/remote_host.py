@@ -58,7 +58,7 @@ class StartupStep(enum.IntEnum):
 
 
 class RemoteHost:
-    """See the module, and `vrg.launch.host.Host`. It is reached at the first look.
+    """Another machine, as the launcher sees it; see `vrg.launch.host.Host`. It is reached at the first look.
 
     `_bring_up` is the way from an ssh connection to processes that play. It goes on at each look, up to the step that
     the launcher has named as its aim. When all has run once, a machine that is lost begins the same way anew.

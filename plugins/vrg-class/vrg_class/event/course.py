@@ -65,7 +65,7 @@ class Report(Struct, frozen=True, kw_only=True):
 
 
 class Event:
-    """See the module. Times are s of the event's clock.
+    """An event as it goes on. Times are s of the event's clock.
 
     Args:
         table: its timetable. games: of each entry. kept: what an earlier run has kept. now: the time.

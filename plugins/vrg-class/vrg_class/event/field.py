@@ -45,7 +45,7 @@ _KILLED: Final = 45.0
 
 
 class Field:
-    """See the module.
+    """Plays one match of an event after the other.
 
     Args:
         base: the folder from which the timetable names files. folder: for what is written.

@@ -23,7 +23,7 @@ FRAMED: Final = PAGE_HEADERS["Content-Security-Policy"].replace("frame-ancestors
 
 
 class Proxy:
-    """See the module. It is for the loop of the server."""
+    """Passes requests of browsers on to the server of the page of the match. It is for the loop of the server."""
 
     def __init__(self, session: ClientSession) -> None:
         self._session = session

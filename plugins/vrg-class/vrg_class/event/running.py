@@ -47,7 +47,7 @@ class EventClock:
 
 
 class Running:
-    """See the module. All but `said`, `is_over` and `close` is for the loop of the server.
+    """Runs an event until it is over. All but `said`, `is_over` and `close` is for the loop of the server.
 
     Args:
         event: the event. field: plays its matches. clock: its clock. folder: for what is written.

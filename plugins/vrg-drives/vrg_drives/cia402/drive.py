@@ -38,7 +38,7 @@ _NMT_STATES = {
 
 
 class Cia402Drive(EmulatedDrive):
-    """See the module."""
+    """An emulated servo drive that speaks CiA 402 over CANopen."""
 
     # Integers cannot be NaN.
     supports = frozenset(FaultKind) - {FaultKind.NAN}

@@ -42,7 +42,7 @@ _RESET: dict[int, float] = {
 
 
 class MoteusDrive(EmulatedDrive):
-    """See the module."""
+    """An emulated moteus controller."""
 
     # It has no input for an emergency stop that it would tell of.
     supports = frozenset(FaultKind) - {FaultKind.ESTOP}

@@ -46,7 +46,7 @@ _CONTROLS = {
 
 
 class VescDrive(EmulatedDrive):
-    """See the module. Its kill switch stays pressed until the fault is ended."""
+    """An emulated VESC. Its kill switch stays pressed until the fault is ended."""
 
     wiring: ClassVar[Mapping[str, object]] = {"pole_pairs": POLE_PAIRS}
     # Integers cannot be NaN.

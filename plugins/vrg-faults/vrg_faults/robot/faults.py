@@ -16,7 +16,7 @@ from vrg_faults.robot.robot import LINK
 
 
 class Faults:
-    """See the module. Each method lets one thing go wrong from now on, for a while.
+    """Lets drives and a bus fail. Each method lets one thing go wrong from now on, for a while.
 
     Args:
         simulation: has the bus. drives: those on it. rng: decides what exactly, and for how long.

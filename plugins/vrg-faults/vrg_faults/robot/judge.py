@@ -36,7 +36,7 @@ class WrongError(Exception):
 
 
 class Judge:
-    """See the module.
+    """Judges the true motion of the motors.
 
     Args:
         model: of the robot. drives: its left and its right drive. now: returns simulated time, s.

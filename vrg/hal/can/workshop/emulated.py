@@ -69,7 +69,7 @@ class Cycle:
 
 
 class EmulatedDrive(ABC):
-    """See the module.
+    """The common part of all emulated drives.
 
     Args:
         node: its id on the bus. options: what it is like.

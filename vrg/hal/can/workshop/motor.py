@@ -34,7 +34,7 @@ class MotorModel:
 
 
 class Motor:
-    """See the module.
+    """A motor with its load, under a drive's current control.
 
     Attributes:
         position, velocity: of the shaft, in turns and turn/s. current: A.

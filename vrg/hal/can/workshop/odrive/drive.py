@@ -39,7 +39,7 @@ class _Settings(NamedTuple):
 
 
 class OdriveDrive(EmulatedDrive):
-    """See the module. Node 63 is a drive without an id: it sends no heartbeat, and waits to be given one."""
+    """An emulated ODrive axis. Node 63 is a drive without an id: it sends no heartbeat, and waits to be given one."""
 
     def __init__(self, node: int, options: DriveOptions, now: float, rng: random.Random) -> None:
         limits = options.motor.velocity_limit, options.motor.current_limit
