@@ -237,7 +237,7 @@ def _verdict(rows: list[dict[str, Any]]) -> list[str]:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     options = arguments(__doc__).parse_args()
     sys.setswitchinterval(1e-3)
     port = _free_port()

@@ -82,7 +82,7 @@ def found(seed: int, seconds: float) -> tuple[dict[str, tuple[float, float]], di
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     parser = arguments(__doc__)
     parser.add_argument("--robots", type=int, default=100, help="how many")
     options = parser.parse_args()

@@ -271,7 +271,7 @@ def _between(a: Pose, b: Pose, share: float) -> Pose:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     parser = arguments(__doc__)
     parser.add_argument("--pictures", type=int, default=20, help="the pictures of each case")
     parser.add_argument("--robots", type=int, default=8)

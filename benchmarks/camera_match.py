@@ -192,7 +192,7 @@ def played(seed: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     parser = arguments(__doc__)
     parser.add_argument("--matches", type=int, default=3, help="the number of matches, with seeds from 0 on")
     options = parser.parse_args()

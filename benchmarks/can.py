@@ -98,7 +98,7 @@ def measure(part: str, quick: bool, seconds: float, tell: Callable[[str], None])
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     if sys.argv[1:2] == ["--process"]:
         can_robots.process(*sys.argv[2:])
         return

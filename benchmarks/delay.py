@@ -316,7 +316,7 @@ def _process_rows(case: str, runs: list[Run]) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     if sys.argv[1:2] == ["--world"]:
         run_observed_world(RunFolder(Path(sys.argv[2])), sys.argv[3])
         return

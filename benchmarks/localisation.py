@@ -31,7 +31,7 @@ ROBOTS = 10
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     parser = arguments(__doc__)
     parser.add_argument("--runs", type=int, default=1000, help="the number of robots that are driven in each case")
     parser.add_argument("--for", type=float, default=60.0, dest="seconds", help="the match time of each, s")

@@ -61,7 +61,7 @@ def quiet() -> Iterator[None]:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     options = arguments(__doc__).parse_args()
     seconds, rounds = (5.0, 1) if options.quick else (60.0, 3)
     ways = [way for way in WAYS if "sealed" not in way or missing() is None]

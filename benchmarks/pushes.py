@@ -17,7 +17,7 @@ from tests.hal.pushes import PUSHES, SECONDS
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     options = arguments(__doc__).parse_args()
     rows = [
         {

@@ -238,7 +238,7 @@ def _time(scan: Callable[[], Result]) -> tuple[float, Result]:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     options = arguments(__doc__).parse_args()
     scenes = [Scene(seed) for seed in range(LAYOUTS)]
     measure(scenes, LAYOUTS)

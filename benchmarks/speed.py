@@ -128,7 +128,7 @@ def profiled(case: Case, seconds: float) -> str:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     parser = arguments(__doc__)
     parser.add_argument("--robots", type=int, nargs="+", default=ROBOTS)
     parser.add_argument("--engine", choices=ENGINE_NAMES, help="only this one")

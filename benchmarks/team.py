@@ -204,7 +204,7 @@ def replay(watched: Watched, radio: Radio, results: Results, seed: int) -> None:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the benchmark, and print its table."""
     parser = arguments(__doc__)
     parser.add_argument("--matches", type=int, default=30, help="the number of matches, with seeds from 0 on")
     options = parser.parse_args()

@@ -63,7 +63,8 @@ class _Rolling:
 
 
 class Listening:
-    """Hears for the launcher's log of events what the match does. Threads of zenoh's take messages in, with the time of their arrival; `look` works on them.
+    """Hears for the launcher's log of events what the match does. Threads of zenoh's take messages in, with the time of
+    their arrival; `look` works on them.
 
     Args:
         keys: the keys of the match. log: where events are written. players: the players.

@@ -68,7 +68,8 @@ class Desk:
 
 
 class Classroom:
-    """What is known of a class while it is served. All is for the server's loop, but for what says that it is for the thread of the folder.
+    """What is known of a class while it is served. All is for the server's loop, but for what says that it is for the
+    thread of the folder.
 
     Args:
         folder: of the class.

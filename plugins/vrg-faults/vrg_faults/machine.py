@@ -17,7 +17,8 @@ _EPOCH: Final = 1.7e9
 
 
 class Machine:
-    """The clocks of the machine of one simulated process. The monotonic clocks of machines begin anywhere and drift; wall clocks may be set, too.
+    """The clocks of the machine of one simulated process. The monotonic clocks of machines begin anywhere and drift;
+    wall clocks may be set, too.
 
     Args:
         clock: the simulated real time. random: draws how the machine's clocks begin and drift.

@@ -35,7 +35,8 @@ OBSERVER: Final = "observer"
 
 
 class Observer:
-    """Observes a simulated match, and is the official who stops and resumes play. Its process does not fail, and its line only as the router does.
+    """Observes a simulated match, and is the official who stops and resumes play. Its process does not fail, and its
+    line only as the router does.
 
     Args:
         match: which it observes.

@@ -15,7 +15,7 @@ _REPORT = struct.Struct("<?ee")
 
 
 class PulseAxis(Axis):
-    """See the module. A setpoint switches the motor on, and an empty one off."""
+    """A motor that turns by a setpoint. A setpoint switches the motor on, and an empty one off."""
 
     @classmethod
     def check_node(cls, node: int) -> str | None:
