@@ -3,6 +3,7 @@
 import itertools
 import os
 import re
+import shutil
 import signal
 import socket
 import time
@@ -485,3 +486,10 @@ def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkey
     assert re.search(r"Recordings: at .* s, /player/ann/\w+, .*: .* there, .* here", found.output), found.output
     assert "Digests: the first that differ are those of" in found.output
     assert "Journals: the first lines that differ are" in found.output
+    copy = shutil.copytree(runs[0], home / "copied" / "run")
+    with (copy / "match.toml").open("a") as match:
+        match.write("\n# a remark\n")
+    remarked = invoke("run", "diff", runs[0], str(copy))
+    assert remarked.exit_code == 0
+    assert "The match files differ" in remarked.output
+    assert "The same: journals" in remarked.output

@@ -29,7 +29,7 @@ def differences(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
         if not file.is_file():
             raise LaunchError(f"{file}: no such file: expected a run folder with all its files")
     if _content(there.match_file) != _content(here.match_file):
-        yield Compared(f"The match files differ: {there.match_file}, {here.match_file}")
+        yield Compared(f"The match files differ: {there.match_file}, {here.match_file}.", differs=False)
     step = parted(read_steps(there.steps), read_steps(here.steps))
     if step is not None:
         yield Compared(f"Digests: the first that differ are those of {step[0]:.2f} s, of {', '.join(step[1])}.")
