@@ -356,7 +356,8 @@ class Supervisor:
         if process.spec.plays and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
         elif again and not self._repeats(process):
-            self._announce(f"{name} {what}: started again (log: {process.log.path})")
+            subject = name if process.ending is None else f"{name}:"  # its own words are no end of a sentence
+            self._announce(f"{subject} {what}: started again (log: {process.log.path})")
             self._start(process)
             self._notes.note(EventKind.STARTED, name)
             if process.spec.is_router:
