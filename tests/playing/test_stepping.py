@@ -105,7 +105,7 @@ class Slow(Node):
         super().__init__("slow", Mailbox(), 0.1)
 
     def tick(self, tick: Tick) -> None:
-        time.sleep(0.02)
+        time.sleep(0.05)
 
 
 @pytest.fixture(scope="module")
@@ -241,7 +241,7 @@ def test_a_frozen_process_is_given_up(home: Path, server: ForkServer, monkeypatc
 def test_a_repetition_of_a_repetition_is_the_same_where_a_strategy_hangs_each_time(
     home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(apart, "BUDGET", 0.3)
+    monkeypatch.setattr(apart, "BUDGET", 1.5)  # a decision of another player must not last so long
     (home / "hangs").touch()
     of, _ = play(home, "hung", Strategies(server, every=True, deadline=0.1), Slow())
     assert any(line.hung for line in missed(of))
