@@ -19,7 +19,7 @@ from vrg.hal.sim.engines import BULLET, check_installed, installed
 from vrg.kinds import every_kind
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.process_main import is_sealed
-from vrg.launch.sandbox.seal import check_able
+from vrg.launch.sandbox.seal import check_able, missing
 from vrg.launch.strategy_class import strategy_of
 from vrg.playing import in_steps, over_processes, strategy_process
 from vrg.playing.launch import How, Launch, Played, Way
@@ -148,8 +148,6 @@ def sealing(setup: MatchSetup, *, seats: bool) -> list[str]:
     sealed = [name for name in files if name not in names]
     found = [_sealed(sealed)] if sealed else []
     if names:
-        from vrg.launch.sandbox.seal import missing  # noqa: PLC0415 - most matches have no sandboxes
-
         found.append(f"{_unsealed(names)}; {missing() or '--sandbox seals it'}")
     return found
 
@@ -173,8 +171,6 @@ def strangers(
     Raises:
         ConfigError: the match, or a change, cannot be played. LaunchError: this machine cannot seal the strategies.
     """
-    from vrg.launch.sandbox.seal import missing  # noqa: PLC0415 - most matches have no sandboxes
-
     setups = list(accumulate([*changes_in(run), *changes], amended, initial=load_match(run.match_file)))
     files = {p.name: None for setup in setups for p in setup.players if setup.strategy_file(p.name) is not None}
     sealed = sandbox and bool(files)
