@@ -27,6 +27,7 @@ class Package(NamedTuple):
 
 PACKAGES: Final[Mapping[str, Package]] = {
     "aiohttp": Package("virtual-robotic-games[web]", ("aiohttp",)),
+    "matplotlib": Package("virtual-robotic-games[plots]", ("matplotlib",)),
     "mujoco": Package("mujoco-core"),
     "pyarrow": Package("virtual-robotic-games[tables]", ("pyarrow",)),
     "pybullet": Package("virtual-robotic-games[pybullet]", ("pybullet",)),

@@ -2,10 +2,14 @@
 
 import json
 import shutil
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from vrg import packages
+from vrg.cli import main
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
 from vrg.runs.keeping import files_of, keep
@@ -122,6 +126,26 @@ def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -
     (run / "result.json").unlink()
     done = invoke("run", "result", str(run))
     assert "Broken off: `vrg play` ended before the match" in done.output
+
+
+def test_a_match_is_played_without_matplotlib_and_says_what_a_plot_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(packages, "find_spec", lambda module: None if module == "matplotlib" else find_spec(module))
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "vrg.ui.plots.plot", raising=False)
+    (tmp_path / "match.toml").write_text(short_match("plain"))
+    played = invoke("play", str(tmp_path / "match.toml"), "--in-process", "--runs", str(tmp_path / "runs"))
+    assert played.exit_code == 0, played.output
+    needed = "the package matplotlib is not installed, and this needs it: pip install 'virtual-robotic-games[plots]'"
+    assert f"no plot of the trajectories: {needed}" in " ".join(played.output.split())
+    run = next((tmp_path / "runs").iterdir())
+    assert (run / "result.json").is_file()
+    assert not (run / "trajectories.png").exists()
+    monkeypatch.setattr(sys, "argv", ["vrg", "run", "plot", str(run)])
+    with pytest.raises(SystemExit):
+        main()
+    assert capsys.readouterr().err == f"vrg: {needed}\n"
 
 
 @pytest.mark.parametrize("command", ["result", "plot"])

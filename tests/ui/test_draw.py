@@ -362,7 +362,7 @@ def test_bodies_far_off_and_out_of_sight_are_no_trouble(scene_at):
 
 
 def test_a_machine_without_fonts_has_pygames_own(scene_at, monkeypatch):
-    monkeypatch.setattr(text, "_folder", lambda: None)
+    monkeypatch.setattr(text, "_file", lambda face: None)
     surface, _ = painted(scene_at(10.0))
     assert close_to(colours_near(surface, (200, 30), 60), palette.TEXT, 30) > 50
 

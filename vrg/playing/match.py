@@ -21,6 +21,7 @@ from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.process_main import is_sealed
 from vrg.launch.sandbox.seal import check_able, missing
 from vrg.launch.strategy_class import strategy_of
+from vrg.packages import lacking
 from vrg.playing import in_steps, over_processes, strategy_process
 from vrg.playing.launch import How, Launch, Played, Way
 from vrg.playing.strategies import Strategies
@@ -210,8 +211,8 @@ def _conclude(launch: Launch, folder: RunFolder, played: Played) -> None:
     if launch.record and folder.recordings():
         try:
             plot(setup, folder)
-        except (OSError, ValueError) as error:
-            launch.announce(f"no plot of the trajectories: {error}")
+        except (ModuleNotFoundError, OSError, ValueError) as error:
+            launch.announce(f"no plot of the trajectories: {lacking('matplotlib') or error}")
     # The reason of a failure is the last that the command prints.
     words = "Given up" if failure is not None else conclusion(result)
     launch.console.print(f"[bold]{escape(words)}[/bold]{summary(result)}", soft_wrap=True)

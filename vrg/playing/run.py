@@ -16,6 +16,7 @@ from vrg.bus.stopping import StopSignal, stop_on_signals
 from vrg.config.setup import MatchSetup, read_setup
 from vrg.coordinator.journal import read_journal
 from vrg.errors import ConfigError, LaunchError, VrgError
+from vrg.packages import lacking
 from vrg.recording.reader import RobotPoses, read_tracks
 from vrg.runs.change import changes_at
 from vrg.runs.result import conclusion, plot, read_result, summary
@@ -231,8 +232,8 @@ class Run:
         """
         try:
             plot(self.setup, self._folder)
-        except (OSError, ValueError) as error:
-            raise LaunchError(f"{self.path}: cannot be plotted: {error}") from None
+        except (ModuleNotFoundError, OSError, ValueError) as error:
+            raise LaunchError(f"{self.path}: cannot be plotted: {lacking('matplotlib') or error}") from None
         return PngFile(self._folder.plot)
 
     def branch(

@@ -62,9 +62,7 @@ class InlineCode:
             self._stop.interrupts = True
         if self._log is not None:
             if self._stream is None:
-                text = io.TextIOWrapper(
-                    self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True
-                )
+                text = io.TextIOWrapper(self._log.open(), "utf-8", "backslashreplace", write_through=True)
                 self._stream = BoundedOutput(text, self._now)
             self._before = sys.stdout, sys.stderr
             sys.stdout = sys.stderr = self._stream

@@ -160,7 +160,7 @@ def plot(setup: MatchSetup, folder: RunFolder) -> list[Path]:
         the parts of the recording that end in the middle or are damaged, of which something is not drawn.
 
     Raises:
-        OSError: there is no recording, or no room for the picture.
+        ModuleNotFoundError: matplotlib is not installed. OSError: there is no recording, or no room for the picture.
         ValueError: the recording has nothing to draw.
     """
     from vrg.ui.plots.plot import plot_trajectories  # noqa: PLC0415 - matplotlib takes a second to load

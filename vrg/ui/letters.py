@@ -2,9 +2,10 @@
 
 Windows, plots and printed sheets use the first installed font that has them all. Where there is none, they are boxes;
 `vrg check` tells which names that are. matplotlib, which finds fonts, takes longer to load than a window to open: it is
-loaded only where a text has such letters.
+loaded only where a text has such letters. Without it nobody knows which letters a font has.
 """
 
+import importlib.util
 import io
 import logging
 import warnings
@@ -22,7 +23,7 @@ PACKAGE = "fonts-noto-cjk"
 
 def lacking(text: str) -> frozenset[str]:
     """The letters of a text that DejaVu Sans has not."""
-    if text.isascii():
+    if text.isascii() or importlib.util.find_spec("matplotlib") is None:
         return frozenset()
     from matplotlib import font_manager  # noqa: PLC0415 - see the module
 

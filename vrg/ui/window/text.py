@@ -3,6 +3,7 @@
 import importlib.util
 import itertools
 from enum import Enum
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -16,7 +17,7 @@ RENDERED_LIMIT: Final = 600
 
 
 class Face(Enum):
-    """The faces of DejaVu Sans, which matplotlib carries. Without it, pygame's own font replaces them all."""
+    """The faces of DejaVu Sans, of matplotlib or the system. Where it is missing, pygame's own font replaces them."""
 
     REGULAR = "DejaVuSans.ttf"
     BOLD = "DejaVuSans-Bold.ttf"
@@ -28,20 +29,15 @@ class Fonts:
 
     def __init__(self) -> None:
         pygame.font.init()
-        self._folder = _folder()
         self._fonts: dict[tuple[Face, int], pygame.font.Font] = {}
         self._others: dict[tuple[Path, int], pygame.font.Font] = {}
         self._rendered: dict[tuple[str, Face, int, Rgb], pygame.Surface] = {}
 
     def font(self, size: int, face: Face = Face.REGULAR) -> pygame.font.Font:
         """The font of a face at `size` pixels."""
-        font = self._fonts.get((face, size))
-        if font is None:
-            path = self._folder / face.value if self._folder is not None else None
-            usable = path is not None and path.is_file()
-            font = pygame.font.Font(str(path) if usable else None, size)
-            self._fonts[face, size] = font
-        return font
+        if (face, size) not in self._fonts:
+            self._fonts[face, size] = pygame.font.Font(_file(face), size)
+        return self._fonts[face, size]
 
     def render(self, text: str, size: int, colour: Rgb, face: Face = Face.REGULAR) -> pygame.Surface:
         """Write the text in one line upon a transparent surface. That surface is kept: do not draw upon it."""
@@ -127,9 +123,14 @@ def _joined(parts: list[pygame.Surface]) -> pygame.Surface:
     return joined
 
 
-def _folder() -> Path | None:
+@cache
+def _file(face: Face) -> str | None:
+    """The font file of a face: matplotlib's, or one that is installed; None if there is none."""
     # Found without importing matplotlib, which takes longer than to open the window.
     spec = importlib.util.find_spec("matplotlib")
-    if spec is None or not spec.submodule_search_locations:
-        return None
-    return Path(spec.submodule_search_locations[0]) / "mpl-data" / "fonts" / "ttf"
+    if spec is not None and spec.submodule_search_locations:
+        path = Path(spec.submodule_search_locations[0], "mpl-data", "fonts", "ttf", face.value)
+        if path.is_file():
+            return str(path)
+    family, _, bold = Path(face.value).stem.partition("-")
+    return pygame.font.match_font(family.lower(), bold=bool(bold))
