@@ -39,7 +39,7 @@ findings:
 
 # New versions of what VRG depends on; needs uv.
 lock:
-	uv pip compile pyproject.toml --extra dev --python-version 3.11 --universal --generate-hashes --allow-unsafe \
+	uv pip compile pyproject.toml --extra play --extra dev --python-version 3.11 --universal --generate-hashes --allow-unsafe \
 		--no-emit-index-url --no-annotate --no-header --output-file requirements.lock
 
 clean:

@@ -27,8 +27,13 @@ class Package(NamedTuple):
 
 PACKAGES: Final[Mapping[str, Package]] = {
     "aiohttp": Package("virtual-robotic-games[web]", ("aiohttp",)),
+    "can": Package("virtual-robotic-games", ("python-can",)),
+    "cryptography": Package("virtual-robotic-games", ("cryptography",)),
+    "jinja2": Package("virtual-robotic-games", ("jinja2",)),
     "matplotlib": Package("virtual-robotic-games[plots]", ("matplotlib",)),
-    "mujoco": Package("mujoco-core"),
+    "mcap": Package("virtual-robotic-games", ("mcap",)),
+    "mujoco": Package("virtual-robotic-games", ("mujoco-core",)),
+    "PIL": Package("virtual-robotic-games", ("pillow",)),
     "pyarrow": Package("virtual-robotic-games[tables]", ("pyarrow",)),
     "pybullet": Package("virtual-robotic-games[pybullet]", ("pybullet",)),
     "pygame": Package("pygame", ("pygame", "pygame-ce")),

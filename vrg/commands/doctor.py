@@ -6,7 +6,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Iterator
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import PackageNotFoundError, distributions, requires, version
 from pathlib import Path
 from typing import Annotated
 
@@ -36,9 +36,11 @@ def _python() -> Finding:
 
 
 def _packages() -> list[str]:
-    """The names of the packages that VRG always needs, as its own package declares them."""
-    asked = [Requirement(line) for line in requires("virtual-robotic-games") or ()]
-    return [one.name for one in asked if one.marker is None or one.marker.evaluate({"extra": ""})]
+    """The names of the packages that VRG needs here: what players need, and all of them where it is whole."""
+    asked = [Requirement(line) for line in requires("virtual-robotic-games-core") or ()]
+    whole = any(distributions(name="virtual-robotic-games"))
+    here = {"extra": "play" if whole else ""}
+    return [one.name for one in asked if one.marker is None or one.marker.evaluate(here)]
 
 
 def _package(name: str) -> Finding:
@@ -57,7 +59,7 @@ def _bus() -> Finding:
             good = session.connected
     except (VrgError, OSError) as error:
         return Finding("bus", False, str(error))
-    where = "" if endpoint == DEFAULT_ENDPOINT else f" (the default {DEFAULT_ENDPOINT} is taken, another port is used)"
+    where = "" if endpoint == DEFAULT_ENDPOINT else f" (the default {DEFAULT_ENDPOINT} is taken: another port is used)"
     return Finding("bus", good, f"a router and a client talk at {endpoint}{where}")
 
 
@@ -94,13 +96,13 @@ def _can() -> Finding:
     # 280 is the kernel's ARPHRD_CAN.
     kinds = Path("/sys/class/net").glob("*/type")
     found = sorted(kind.parent.name for kind in kinds if kind.read_text().strip() == "280")
-    return Finding("CAN", None, ", ".join(found) or "no interface: scripts/with-vcan gives a command a virtual one")
+    return Finding("CAN", None, ", ".join(found) or "no interface: scripts/with-vcan runs a command with a virtual one")
 
 
 def _sandbox() -> Finding:
     from vrg.launch.sandbox.seal import missing  # most commands seal nothing
 
-    return Finding("sandbox", None, missing() or "players can be sealed")
+    return Finding("sandbox", None, missing() or "players can be sandboxed")
 
 
 def _matches() -> Finding:
@@ -116,14 +118,14 @@ def _added() -> Iterator[Finding]:
             if not isinstance(found, Finding):
                 raise TypeError(f"expected a Finding, got {found!r}")
         except (Exception, SystemExit) as error:  # it is somebody else's code
-            found = Finding(name, None, f"this check of another package has failed: {error}")
+            found = Finding(name, None, f"this check, which another package adds, has failed: {error}")
         yield found
 
 
 def _plugins() -> Finding:
     if wrong := "; ".join(f"{name}: {why}" for name, why in broken()):
-        wrong += "; what is missing comes in a clone by `make setup`, elsewhere as docs/install.md says"
-    return Finding("plug-ins", None if wrong else True, wrong or "all that are installed can be used")
+        wrong += "; to install what is missing, run `make setup` in a clone, or see docs/install.md"
+    return Finding("plug-ins", None if wrong else True, wrong or "all installed ones can be used")
 
 
 def _messages() -> Finding:
@@ -143,8 +145,8 @@ def _messages() -> Finding:
             continue
         mailbox.handover(0.0)
         refused = sum(pulse.body.refused for pulse in pulses.by_key.values())
-        found.append(f"{match.match}: {refused} came under a wrong key and were refused")
-    return Finding("messages", None, "; ".join(found) or "no match runs here whose messages could be looked at")
+        found.append(f"{match.match}: {refused} had a wrong key and were refused")
+    return Finding("messages", None, "; ".join(found) or "no match runs here, so there are no messages to check")
 
 
 def doctor(
