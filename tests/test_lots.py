@@ -104,7 +104,7 @@ def test_a_name_that_no_lot_has_is_told() -> None:
         [sys.executable, ROOT / "scripts" / "lots", "none"], capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 2
-    assert "expected beginnings of unit-rest, unit-launch, unit-games" in done.stderr
+    assert "expected beginnings of lint, system-match, system-machines" in done.stderr
 
 
 def test_what_failed_is_run_once_more_alone_and_named(
@@ -139,28 +139,36 @@ def test_what_failed_is_run_once_more_alone_and_named(
         assert ("first-again-1" in printed) == (failed != many)
 
 
-def test_what_computes_runs_first_and_lots_in_real_time_run_two_at_once(
+def test_one_lot_more_runs_than_there_are_processors_and_one_of_them_in_real_time(
     lots: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Each lot writes which lots run while it begins, itself included."""
+    """Each lot writes its priority and which lots run, itself included; the first waits until two others do."""
     running = tmp_path / "running"
     running.mkdir()
 
     def lot(name: str, *, real_time: bool) -> object:
         code = (
-            "import os, pathlib, sys, time; folder, name = pathlib.Path(sys.argv[1]), sys.argv[2];"
-            "(folder / name).touch(); pathlib.Path(folder.parent, name).write_text(' '.join(os.listdir(folder)));"
-            "time.sleep(0.5); (folder / name).unlink(); print('1 passed')"
+            "import os, pathlib, sys, time\n"
+            "folder, name = pathlib.Path(sys.argv[1]), sys.argv[2]\n"
+            "(folder / name).touch()\n"
+            "while len(os.listdir(folder)) < 3 if name == 'real0' else not (folder.parent / 'real0').exists():\n"
+            "    time.sleep(0.05)\n"
+            "(folder.parent / name).write_text(' '.join([str(os.nice(0)), *os.listdir(folder)]))\n"
+            "(folder / name).unlink()\n"
+            "print('1 passed')\n"
         )
-        return lots.Lot(name, ((sys.executable, "-c", code, str(running), name),), real_time)
+        return lots.Lot(name, (("timeout", "300", sys.executable, "-c", code, str(running), name),), real_time)
 
-    made = [lot(f"real{number}", real_time=True) for number in range(4)]
-    made += [lot(f"unit{number}", real_time=False) for number in range(3)]
+    made = [lot(f"real{number}", real_time=True) for number in range(2)]
+    made += [lot(f"unit{number}", real_time=False) for number in range(4)]
     monkeypatch.setattr(lots, "all_lots", lambda thorough: made)
-    monkeypatch.setattr(sys, "argv", ["lots", "--load", "3"])
+    monkeypatch.setattr(sys, "argv", ["lots", "--jobs", "3"])
     assert lots.main() == 0
-    beside = {path.name: set(path.read_text().split()) for path in tmp_path.glob("*[0-9]")}
-    assert len(beside) == 7
-    for name, others in beside.items():
-        assert all(other[:4] == name[:4] for other in others), "nothing computes beside a lot in real time"
-        assert len(others) <= (2 if name.startswith("real") else 3)
+    written = {path.name: path.read_text().split() for path in tmp_path.glob("*[0-9]")}
+    assert len(written) == 6
+    niceness = {name: int(words[0]) for name, words in written.items()}
+    for name, (_, *beside) in written.items():
+        assert len(beside) <= 3
+        assert sum(other.startswith("real") for other in beside) <= 1
+        assert (niceness[name] > niceness["real0"]) == name.startswith("unit")
+    assert len(written["real0"]) == 1 + 3, "something computes beside it"
