@@ -40,7 +40,7 @@ def test_a_good_match_file_is_called_good(vrg: Vrg) -> None:
     assert vrg("--version") == Done(0, f"{__version__}\n", "")
     done = vrg("check", "sharks-and-minnows")
     assert done.status == 0
-    assert "good: sharks-and-minnows, 7 players, 2 rounds" in done.out
+    assert "can be played: sharks-and-minnows, 7 players, 2 rounds" in done.out
 
 
 @pytest.mark.parametrize(
@@ -82,10 +82,10 @@ def test_every_problem_of_a_match_file_is_told_with_its_line_and_nothing_is_star
         ("play GAME --runs bad.toml", "the run folder cannot be made: Not a directory"),
         ("node world GAME --run bad.toml/run", "the run folder cannot be made: Not a directory"),
         ("node player nemo GAME", "expected the name of a player of this match (player1, "),
-        ("official halt", "no match runs on this machine; one elsewhere needs its name"),
-        ("official recover nemo", "no match runs on this machine; one elsewhere needs its name"),
-        ("estop", "no match runs on this machine; one elsewhere needs its name"),
-        ("topic list", "no match runs on this machine; one elsewhere needs its name"),
+        ("official halt", "no match runs on this machine; for one elsewhere, give its name"),
+        ("official recover nemo", "no match runs on this machine; for one elsewhere, give its name"),
+        ("estop", "no match runs on this machine; for one elsewhere, give its name"),
+        ("topic list", "no match runs on this machine; for one elsewhere, give its name"),
         ("topic list m --router 127.0.0.1:7", "expected an endpoint such as tcp/127.0.0.1:7447, got '127.0.0.1:7'"),
         ("official halt two --router tls/127.0.0.1:7447 --keys keys", "expected the keys of"),
         ("official halt two --router tls/127.0.0.1:7447 --keys keyz", "keyz: expected the folder of the keys, found"),
@@ -273,7 +273,7 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     done = vrg(*typed.split())
     assert done.status in (1, 2)
     said = " ".join(done.err.replace("│", "").split())
-    assert f"the package virtual-robotic-games-{package} adds: in a clone `make setup`, elsewhere" in said
+    assert f"the package virtual-robotic-games-{package} adds: run `make setup` in a clone, or" in said
     assert not Path("runs").exists()
 
 

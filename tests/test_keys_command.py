@@ -59,7 +59,7 @@ def test_keys_that_were_made_or_handed_out_are_not_overwritten(folder: Path, tmp
     for there in (folder, tmp_path):
         done = keys("init", GAME, "--keys", str(there))
         assert isinstance(done.exception, ConfigError)
-        assert "renew them by `vrg keys renew` where they were made, choose another folder, or add --replace" in str(
+        assert "renew them with `vrg keys renew` where they were made, choose another folder, or add --replace" in str(
             done.exception
         )
     assert {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()} == before

@@ -72,7 +72,7 @@ def test_a_game_names_the_window_that_is_opened(
     [
         ("web", "game roboflag: window: expected the kind of a window, got 'web'"),
         ("player", "game roboflag: window: expected the kind of a window, got 'player'"),
-        ("hud", "got 'hud', which the package virtual-robotic-games-views adds: in a clone `make setup`"),
+        ("hud", "got 'hud', which the package virtual-robotic-games-views adds: run `make setup`"),
         ("spektator", "did you mean 'spectator'?"),
     ],
 )

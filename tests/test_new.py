@@ -90,7 +90,7 @@ def test_the_commands_that_are_printed_work(vrg: Vrg) -> None:
     assert command[:3] == ["vrg", "new", "match"]
     next_out = good(vrg, *command[1:])
     check = next(line.split() for line in next_out.splitlines() if "vrg check" in line)
-    assert "good: sharks-and-minnows" in good(vrg, *check[1:])
+    assert "can be played: sharks-and-minnows" in good(vrg, *check[1:])
 
 
 def test_every_optional_line_of_the_match_is_valid(vrg: Vrg, tmp_path: Path) -> None:
@@ -101,7 +101,7 @@ def test_every_optional_line_of_the_match_is_valid(vrg: Vrg, tmp_path: Path) -> 
     assert count >= 10
     (tmp_path / "final.toml").write_text(text, encoding="utf-8")
     assert tomllib.loads(text)["players"][1]["strategy"] == "ann.py:Ann"
-    assert "good" in good(vrg, "check", "final.toml")
+    assert "can be played" in good(vrg, "check", "final.toml")
 
 
 def test_a_match_names_a_player_of_another_folder(vrg: Vrg, tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_match_names_a_player_of_another_folder(vrg: Vrg, tmp_path: Path) -> N
     match_file = tmp_path / "matches" / "may" / "final.toml"
     players = tomllib.loads(match_file.read_text(encoding="utf-8"))["players"]
     assert [p.get("strategy") for p in players] == [None, *["../../mine/ann.py:Ann"] * 3]
-    assert "good" in good(vrg, "check", str(match_file))
+    assert "can be played" in good(vrg, "check", str(match_file))
 
 
 def test_a_match_is_not_written_for_a_player_that_cannot_play(vrg: Vrg, tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_own_players_are_spread_over_the_teams_of_every_game(vrg: Vrg, tmp_path:
     assert [player["name"].rstrip("0123456789") for player in players] == list(spread), "and so are they called"
     once = [name for name in spread if spread.count(name) == 1]
     assert {player["name"] for player in players} >= set(once)
-    assert f"good: {game}" in good(vrg, "check", "final.toml")
+    assert f"can be played: {game}" in good(vrg, "check", "final.toml")
 
 
 def test_a_player_whose_file_has_no_name_for_a_player_keeps_its_own(vrg: Vrg, tmp_path: Path) -> None:
@@ -145,11 +145,11 @@ def test_a_player_whose_file_has_no_name_for_a_player_keeps_its_own(vrg: Vrg, tm
     for name in ("Anna Maria", "shark", "__", "été"):
         shutil.copy(tmp_path / "ann.py", tmp_path / f"{name}.py")
     good(vrg, "new", "match", "mixed", "sharks-and-minnows", "__.py:Ann", "shark.py:Ann")
-    assert "good" in good(vrg, "check", "mixed.toml")
+    assert "can be played" in good(vrg, "check", "mixed.toml")
     good(vrg, "new", "match", "final", "shark.py:Ann", "Anna Maria.py:Ann", "été.py:Ann", "__.py:Ann")
     players = tomllib.loads((tmp_path / "final.toml").read_text(encoding="utf-8"))["players"]
     assert [player["name"] for player in players] == ["Anna_Maria", "shark", "été", "minnow3"]
-    assert "good" in good(vrg, "check", "final.toml")
+    assert "can be played" in good(vrg, "check", "final.toml")
 
 
 def test_more_players_than_a_game_has_places_for_are_refused(vrg: Vrg) -> None:
@@ -165,7 +165,7 @@ def test_the_match_can_be_checked_and_played_also_on_the_map(vrg: Vrg, tmp_path:
     assert (yard.name, len(yard.circles)) == ("yard", 1)
     assert len(yard.boxes) == 6, "four sides of the wall, a bench and a planter"
     assert "vrg play final.toml" in good(vrg, "new", "match", "final")
-    assert "good: sharks-and-minnows, 4 players, 2 rounds, map open" in good(vrg, "check", "final.toml")
+    assert "can be played: sharks-and-minnows, 4 players, 2 rounds, map open" in good(vrg, "check", "final.toml")
     text = (tmp_path / "final.toml").read_text(encoding="utf-8")
     (tmp_path / "final.toml").write_text(re.sub(r'(?m)^map = "open"', line, text), encoding="utf-8")
     assert good(vrg, "check", "final.toml").endswith("/yard.toml\n")
@@ -222,7 +222,7 @@ def test_the_installed_driver_is_a_backend(vrg: Vrg, tmp_path: Path) -> None:
     wheel = tmp_path / built.stdout.strip().splitlines()[-1]
     after = python(tmp_path, "-m", "vrg", "check", "final.toml", path=(wheel,))
     assert (after.returncode, after.stderr) == (0, "")
-    assert "good" in after.stdout
+    assert "can be played" in after.stdout
     setup = "from vrg.hal.backends import BACKENDS; print(BACKENDS.get('rover').__name__)"
     assert python(tmp_path, "-c", setup, path=(wheel,)).stdout == "RoverDriver\n"
 
@@ -235,7 +235,7 @@ def test_nothing_is_overwritten(vrg: Vrg, tmp_path: Path, kind: str, name: str, 
     (tmp_path / file).write_text("mine", encoding="utf-8")
     status, out, err = vrg("new", kind, name)
     assert (status, out) == (1, "")
-    assert f"{file}: already there, and never overwritten" in err
+    assert f"{file}: it exists already and is never overwritten" in err
     assert "--output" in err
     assert (tmp_path / file).read_text(encoding="utf-8") == "mine"
     assert [p.name for p in tmp_path.iterdir()] == [file]
@@ -248,7 +248,7 @@ def test_a_link_that_leads_nowhere_is_not_overwritten_and_a_folder_that_cannot_b
 ) -> None:
     (tmp_path / "ann.py").symlink_to(tmp_path / "nowhere.py")
     status, _, err = vrg("new", "player", "ann")
-    assert (status, "already there" in err) == (1, True)
+    assert (status, "exists already" in err) == (1, True)
     assert not (tmp_path / "nowhere.py").exists()
     (tmp_path / "file").touch()
     status, _, err = vrg("new", "map", "yard", "--output", "file/maps")
@@ -262,7 +262,7 @@ def test_a_link_that_leads_nowhere_is_not_overwritten_and_a_folder_that_cannot_b
         ("player", "2fast", "1 to 64 characters, A-Z a-z 0-9 _, beginning with a letter, got '2fast'"),
         ("player", "../ann", "beginning with a letter, got '../ann'"),
         ("player", "änn", "beginning with a letter, got 'änn'"),
-        ("player", "class", "class: choose another name: it is a word of Python itself"),
+        ("player", "class", "class: choose another name: it is a keyword of Python"),
         ("player", "strategy", "the player itself uses something called Strategy"),
         ("player", "BORDER", "the player itself uses something called BORDER"),
         ("player", "random", "random.py could hide the module random"),

@@ -182,7 +182,7 @@ def test_a_release_tells_whether_there_was_a_stop() -> None:
     endpoint = free_endpoint()
     with open_router(endpoint), refereed(endpoint):
         first, second = (invoke("estop", "--release", "m", "--router", endpoint) for _ in range(2))
-    assert "m: released: go on with" in first.output
+    assert "m: released: continue with" in first.output
     assert "m: no emergency stop was engaged, so there was nothing to release" in second.output
 
 
@@ -222,6 +222,6 @@ def test_an_emergency_stop_tries_all_keys_that_it_finds_and_none(
             unheard = invoke("estop")
             heard = invoke("estop", "--keys", str(own))
     assert unheard.exit_code == 1
-    for said in ("m: the router has not heard it", f"{tmp_path / 'gone'}: expected", "of another match"):
+    for said in ("m: the router has not received it", f"{tmp_path / 'gone'}: expected", "for another match"):
         assert said in unheard.output
     assert heard.output == "m: emergency stop engaged\n"

@@ -141,7 +141,7 @@ def test_what_cannot_be_shown_is_said(
 
 def test_a_run_without_a_recording_is_shown_by_its_evidence(run: Path) -> None:
     (run / "recording.mcap").unlink()
-    assert window_in(run).note == "Nothing was recorded: the match is shown as the referee saw it, by its evidence."
+    assert window_in(run).note == "Nothing was recorded: the match is shown as the referee saw it, from its evidence."
 
 
 def test_a_game_that_is_not_installed_is_shown_and_told(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

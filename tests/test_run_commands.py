@@ -112,7 +112,7 @@ def test_the_newest_run_that_has_ended_is_meant_if_none_is_named() -> None:
     with running(going):
         assert ended_run(None)[0].path == newest
         assert ended_run(Path("old"))[0].path == Path("runs/old")
-        with pytest.raises(LaunchError, match="still runs"):
+        with pytest.raises(LaunchError, match="still running"):
             ended_run(Path("going"))
     with pytest.raises(LaunchError, match=r"found none, did you mean 'old'\?"):
         ended_run(Path("olt"))
@@ -120,7 +120,7 @@ def test_the_newest_run_that_has_ended_is_meant_if_none_is_named() -> None:
 
 def test_where_the_only_run_still_runs_that_is_said() -> None:
     going = made("going", 1.2e9)
-    with running(going), pytest.raises(LaunchError, match="going: this match still runs: close its window"):
+    with running(going), pytest.raises(LaunchError, match="going: this match is still running: close its window"):
         ended_run(None)
 
 
@@ -142,7 +142,7 @@ def test_a_running_match_is_meant_by_name_file_game_or_run_folder(monkeypatch: p
             assert len(found.known_setup().players) == 7
         with pytest.raises(ConfigError, match=f"did you mean '{name}'"):
             attached(MatchOptions(f"{name}s"))
-    with pytest.raises(ConfigError, match="does not run any more"):
+    with pytest.raises(ConfigError, match="of this run has ended"):
         attached(MatchOptions(str(run)))
 
 

@@ -143,7 +143,7 @@ def test_a_picture_is_asked_for_and_saved_and_what_is_none_is_passed_over(run: R
 def test_a_robot_that_nobody_knows_ends_in_words(run: Run, tmp_path: Path) -> None:
     done = run(Bus(), "show", "camera", "ann", "--output", str(tmp_path / "seen.png"))
     assert isinstance(done.exception, BusError)
-    assert "ann: no picture of its camera within 0.2 s" in str(done.exception)
+    assert "ann: no picture from its camera within 0.2 s" in str(done.exception)
 
 
 @pytest.mark.parametrize(("file", "words"), [("seen.jpg", "ends in .png"), ("no/where.png", "cannot be written")])

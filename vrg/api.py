@@ -62,7 +62,7 @@ def play(
         raise ConfigError([f"how: expected one of {', '.join(How)}, got {how!r}"])
     way = How(how)
     if rate == "max" and way is How.PROCESSES:
-        raise ConfigError(["rate: expected a number, as processes are paced by the match clock, got 'max'"])
+        raise ConfigError(["rate: expected a number, because the match clock paces the processes, got 'max'"])
     number = None if rate == "max" else rate
     setup = load_match(match_path(str(match)), engine=engine, seed=seed, rate=number, sandbox=sandbox)
     setup = played_by(setup, players or {})

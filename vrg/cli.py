@@ -38,7 +38,7 @@ def _nodes() -> Table:
     from vrg.kinds import KINDS, every_kind  # noqa: PLC0415 - most commands run no process
 
     about = {kind.name: _sentence(kind.about) for kind in every_kind()}
-    listed = {name: about.get(name, "Cannot be used; with --help it tells why") for name in KINDS.names()}
+    listed = {name: about.get(name, "Cannot be used; --help says why") for name in KINDS.names()}
     listed |= {"drives": "Emulated motor controllers on a CAN bus"}
     listed |= {"strategy": "What `vrg play --lockstep` starts on another machine by ssh"}
     listed |= {"host": "What `vrg play` starts on another machine by ssh"}
@@ -62,9 +62,9 @@ def _views() -> Table:
         "Show a running match": kinds
         | {
             "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
-            "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
-            "processes": ("vrg.commands.show:processes", "The processes of a match on all its machines"),
-            "diagram": ("vrg.commands.show:diagram", "The statechart of a player, as Mermaid"),
+            "sensors": ("vrg.commands.sensors:sensors", "Show what a robot's sensors measure"),
+            "processes": ("vrg.commands.show:processes", "Show the processes of a match on all its machines"),
+            "diagram": ("vrg.commands.show:diagram", "Print the statechart of a player, as Mermaid"),
         }
     }
 
@@ -74,38 +74,38 @@ def _sentence(words: str) -> str:
 
 
 RUN: Table = {
-    "Look at a recorded run; RUN is the newest in the folder runs, if none is named": {
-        "list": ("vrg.commands.runs.run:list_runs", "The runs in a folder, the newest first, and how they ended"),
-        "result": ("vrg.commands.runs.run:result", "Make result.json, and print how the match ended"),
+    "Look at a recorded run (RUN; by default the newest in the folder runs)": {
+        "list": ("vrg.commands.runs.run:list_runs", "List the runs in a folder, newest first, and how they ended"),
+        "result": ("vrg.commands.runs.run:result", "Write result.json, and print how the match ended"),
         "plot": ("vrg.commands.runs.run:plot", "Draw the trajectories"),
-        "replay": ("vrg.commands.runs.replay:replay", "Watch it, and play on with another strategy"),
-        "share": ("vrg.commands.runs.share:share", "Write it as one file of HTML that any browser shows"),
-        "why": ("vrg.commands.runs.why:why", "Why the referee made a call"),
-        "judge": ("vrg.commands.runs.run:judge", "Let the rule book judge it again"),
+        "replay": ("vrg.commands.runs.replay:replay", "Watch the match, or play on with another strategy"),
+        "share": ("vrg.commands.runs.share:share", "Write the match as one HTML file for any browser"),
+        "why": ("vrg.commands.runs.why:why", "Show why the referee made a call"),
+        "judge": ("vrg.commands.runs.run:judge", "Judge the match again by the rule book"),
         "diff": (
             "vrg.commands.runs.differing:diff",
-            "Where two runs of one match parted: the first step, node and field",
+            "Find where two runs of a match diverge: the first step, node and field",
         ),
-        "repeat": ("vrg.commands.runs.differing:repeat", "Play it again, and find out whether it is the same"),
-        "stops": ("vrg.commands.runs.stops:stops", "How the robots stopped when they had to"),
+        "repeat": ("vrg.commands.runs.differing:repeat", "Play the match again, and check that it is the same"),
+        "stops": ("vrg.commands.runs.stops:stops", "Show how the robots stopped when they had to"),
     }
 }
 COMMANDS: Table = {
     "Play": {
         "play": ("vrg.commands.play:play", "Play a match, show it, and print who won"),
         "practice": ("vrg.commands.practice:practice", "Try a player on a map, without rules"),
-        "new": ("vrg.commands.new:app", "Write a player, a match, a map or a driver to begin with"),
-        "check": ("vrg.commands.play:check", "Find out whether a match file can be played"),
+        "new": ("vrg.commands.new:app", "Write a starter player, match, map or driver"),
+        "check": ("vrg.commands.play:check", "Check whether a match file can be played"),
     },
     "Watch and decide": {
         "show": (_views, "Watch a running match: window, web, sensors ..."),
-        "official": ("vrg.commands.official:app", "Decide: halt, resume, end, overrule, place, substitute"),
+        "official": ("vrg.commands.official:app", "Act as the official: halt, resume, end, overrule, substitute"),
         "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
         "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),
     },
     "Lab": {
         "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),
-        "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
+        "topic": ("vrg.commands.topic:app", "Look at the messages on the bus of a running match"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "node": (_nodes, "Run a single process: router, world, player ..."),
     },

@@ -2,8 +2,8 @@
 
 A run folder, a folder of strategies or a match file may come from another person or another machine, and a power cut
 may have torn what VRG has written itself. So only regular files of bounded sizes are read: a pipe would be waited for
-without end, and a file of many gigabytes would take all memory. Of a file of records what is whole counts, and what is
-not is named.
+without end, and a file of many gigabytes would take all memory. In a file of records, whole records count, and torn
+ones are named.
 """
 
 import codecs

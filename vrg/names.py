@@ -31,7 +31,7 @@ def check_name(name: str, what: str = "name") -> str:
     """Return a name.
 
     Raises:
-        ConfigError: it is none.
+        ConfigError: it is not one.
     """
     if not is_name(name):
         raise ConfigError(f"{what}: {NAME_RULE}, got {name!r}")

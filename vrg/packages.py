@@ -103,7 +103,7 @@ def _brings(one: "Distribution", file: Path) -> bool:
     if one.read_text("RECORD") is None or '"editable":true' in source:
         return True
     known = _hash_in(one, file)
-    # Of what is compiled, which may have a hundred megabytes, the place is enough.
+    # For compiled files, which may have a hundred megabytes, the place is enough.
     return known is not None and (file.suffix != ".py" or known in ("", _hash_of(file)))
 
 

@@ -64,7 +64,7 @@ def _check(found: object) -> str | None:
     good = isinstance(found, Command) and isinstance(found.path, tuple) and bool(found.path)
     if good and isinstance(found, Command):
         good = all(isinstance(text, str) for text in (*found.path, found.heading, found.about, found.target))
-    return None if good else "expected a vrg.plugins.Command of texts, with a tuple of words as its path"
+    return None if good else "expected a vrg.plugins.Command of strings, with a tuple of words as its path"
 
 
 COMMANDS: Final[Registry[Command]] = Registry("command", "vrg.commands", {}, _check)

@@ -139,8 +139,8 @@ def installed_by(group: str, name: str) -> str | None:
         return None
     entries = (entry for added in groups() for entry in plugins(added).values())
     if any(entry.dist is not None and entry.dist.name == package for entry in entries):
-        return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may tell why"
-    return f"the package {package} adds: in a clone `make setup`, elsewhere see docs/install.md"
+        return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may say why"
+    return f"the package {package} adds: run `make setup` in a clone, or see docs/install.md"
 
 
 def subclass_of(base: type) -> Callable[[object], str | None]:

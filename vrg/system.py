@@ -1,4 +1,4 @@
-"""What only some operating systems have, what stands in for it on the others, and the time since the start.
+"""Features of some operating systems, their substitutes on the others, and the time since the start.
 
 VRG is developed and tested on Linux. Here is what Windows lacks and several modules need. A module that alone needs
 such a call has a fall-back of its own; where there is none, a sentence names the lack. docs/install.md lists them.
@@ -93,7 +93,7 @@ def end_group(pid: int) -> None:
 
 
 def bound_processor_time(seconds: float) -> None:
-    """Let the kernel end this process after so many seconds of processor time; 0 for never. Windows never does."""
+    """Let the kernel end this process after this many seconds of processor time; 0 for never. Windows never does."""
     if POSIX:
         signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
 

@@ -143,7 +143,7 @@ class FrozenDict(dict[K, V]):
     __slots__ = ()
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("expected a message not to be changed; a copy of this table, dict(table), can be changed")
+        raise TypeError("a message cannot be changed; change a copy of this table, dict(table)")
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
 

@@ -369,7 +369,7 @@ def test_nobody_asks_the_world_to_carry_a_physical_robot(early: Table) -> None:
     assert early.calls[-1].rule == "placed"
     assert "on their marks after 60 s: m0; " in early.calls[-1].text
     assert (
-        "m1; drive them there by hand, or carry each there, and an official confirms its place" in early.calls[-1].text
+        "drive them there by hand, or carry each there, and let an official confirm its place" in early.calls[-1].text
     )
     early.places["m0"] = early.book.contestants["m0"].start
     early.ticks(100)
@@ -408,7 +408,7 @@ def test_a_match_without_new_poses_is_halted_and_not_resumed(early: Table, physi
     assert early.ticks(3).stage is m.Stage.PLAY_ROUND
     early.blind = True
     assert early.ticks(round(longest / 0.1)).halted is None
-    said = f"no poses come: the newest are older than {longest:g} s"
+    said = f"no poses arrive: the newest are older than {longest:g} s"
     assert early.tick().halted == said
     assert early.decide(m.OfficialAction.RESUME).halted == said
     early.blind = False
@@ -424,7 +424,7 @@ def test_a_round_does_not_begin_by_old_poses(early: Table) -> None:
     early.silent = set()
     state = early.ticks(3)
     assert state.stage is m.Stage.INITIALIZE
-    assert state.waiting == ("no poses come: the newest are older than 2 s",)
+    assert state.waiting == ("no poses arrive: the newest are older than 2 s",)
 
 
 def full(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -599,7 +599,7 @@ def test_a_halt_and_a_resume_in_one_tick_leave_play_halted(table: Table) -> None
 def test_a_world_that_steps_back_in_time_halts(table: Table) -> None:
     table.ticks(20)
     table.world_tick = 3
-    assert table.tick().halted == "the world was restarted and goes on from its snapshot"
+    assert table.tick().halted == "the world was restarted and continues from its snapshot"
 
 
 def test_a_coordinator_that_is_there_before_the_world_does_not_halt(early: Table) -> None:

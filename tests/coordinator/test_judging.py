@@ -156,7 +156,7 @@ def test_evidence_that_was_written_anew_as_a_whole_is_not_that_of_the_journal(ta
     exhibits, records = played
     other = [Exhibit(exhibit.tick, digest=f"{number:016x}", genuine=True) for number, exhibit in enumerate(exhibits)]
     (found,) = judged(table, other, records).disagreements
-    assert "not that of this journal" in found.what
+    assert "not belong to this journal" in found.what
 
 
 def test_poses_that_would_have_been_a_tag_are_told_as_the_call_that_is_missing(table: Table) -> None:

@@ -14,7 +14,7 @@ from vrg.launch.strategy_class import strategy_class
 
 WHY = r"x\.npz: expected a file that an installed package reads, got one of a kind that the package "
 WHY += "virtual-robotic-games-learn adds: "
-WHY += r"in a clone `make setup`, elsewhere see docs/install\.md"
+WHY += r"run `make setup` in a clone, or see docs/install\.md"
 
 
 def plug(monkeypatch: pytest.MonkeyPatch, **entries: str) -> None:

@@ -87,6 +87,6 @@ def test_what_does_not_fit_together_is_refused_when_it_is_made() -> None:
     with pytest.raises(ValueError, match="rates of 2 axes, got those of 1"):
         replace(DIFFERENTIAL, rates=SKID.rates[:1])
     toed = tuple(Wheel(x=0.0, y=y, axis=n, heading=0.1 - 0.2 * n) for n, y in enumerate((0.2, -0.2)))
-    for wheels, words in ((toed, "hinder each other"), (toed[:1], "'right'")):
+    for wheels, words in ((toed, "oppose each other"), (toed[:1], "'right'")):
         with pytest.raises(ValueError, match=words):
             Drivetrain(axes=("left", "right"), wheels=wheels, wheel_radius=0.1, wheel_width=0.05)

@@ -53,7 +53,7 @@ def test_clocks_may_differ_a_little_but_nobody_measures_the_future() -> None:
     ghost = Ghost("g", Pose(0, 0, 0), 0.0)
     ghost.measure(MeasuredPose(pose=Pose(1, 0, 0), twist=Twist(0.5, 0.0)), 1.0 + CLOCK_SKEW, 1.0)
     assert (ghost.age(1.0), ghost.at(1.0)) == (0.0, (Pose(1, 0, 0), Twist(0.5, 0.0)))
-    with pytest.raises(WorldError, match="or before"):
+    with pytest.raises(WorldError, match="or earlier"):
         ghost.measure(MeasuredPose(pose=Pose(2, 0, 0), twist=STILL), 1.3, 1.0)
     assert ghost.at(1.0)[0].x == 1
 
@@ -71,6 +71,6 @@ def test_the_age_of_a_robot_that_is_lost_counts_from_when_it_was_seen() -> None:
     assert (ghost.age(5.1), ghost.uncertainty) == (pytest.approx(0.1), known)
     ghost.measure(MeasuredPose(pose=Pose(1, 0, 0), twist=Twist(1.0, 0.0), unseen=LOST + 0.1), 6.0, 6.0)
     assert ghost.age(6.1) == pytest.approx(0.1 + LOST + 0.1)
-    assert ghost.at(6.1)[0].x == pytest.approx(1.1), "where its odometry has it"
+    assert ghost.at(6.1)[0].x == pytest.approx(1.1), "where its odometry places it"
     ghost.measure(MeasuredPose(pose=Pose(1, 0, 0), unseen=1e8), 7.0, 7.0)
     assert ghost.age(7.0) == 7.0

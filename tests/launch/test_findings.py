@@ -31,7 +31,7 @@ def test_whether_players_can_be_sealed_is_asked_where_they_run(tmp_path: Path, m
         there = {finding.what: finding for finding in examine(setup, tmp_path / "match.toml", "lab2")}
         assert "sandbox" not in here, "ann's strategy is VRG's own"
         assert there["sandbox"].good == (lacking is None)
-        assert there["sandbox"].text == (lacking or "the players bob can be sealed")
+        assert there["sandbox"].text == (lacking or "can be sandboxed: bob")
         assert "numpy" not in there, "of what is good only what matters is told"
 
 

@@ -104,7 +104,7 @@ def test_who_fails_by_the_same_error_for_the_third_time_ends_the_match_and_is_na
         supervisor.close()
     assert len(said) == 3
     assert all(text.startswith("referee: ") and "no goal" in text and "started again" in text for text in said[:2])
-    assert "too often to go on" in said[2]
+    assert "too often to continue" in said[2]
 
 
 def test_nothing_waits_for_greedy_players_that_ignore_a_stop(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:

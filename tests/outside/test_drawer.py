@@ -114,7 +114,7 @@ def test_one_that_fails_is_dropped_and_the_page_goes_on(where: str, caplog: pyte
     for number in range(200):
         node.tick(Tick(time=0.1 * number, live=True))
     assert not node._drawers
-    assert "the page goes on without the drawer bad" in caplog.text
+    assert "the page continues without the drawer bad" in caplog.text
     assert audience.shown
 
 

@@ -372,7 +372,7 @@ def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
     strategy.send(view)
     assert strategy.act(view).twist.v == 0.1
     strategy.send(view)
-    with pytest.raises(StrategyError, match="is gone: it answers what it has not read"):
+    with pytest.raises(StrategyError, match="is gone: it answers questions that it has not read"):
         strategy.act(view)
     assert process.killed
 
@@ -380,7 +380,7 @@ def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
 @pytest.mark.parametrize(
     ("printed", "told"),
     [
-        ("echo 'Permission denied (publickey).' >&2; exit 255", "lab2: .*: put your key there by `ssh-copy-id"),
+        ("echo 'Permission denied (publickey).' >&2; exit 255", "lab2: .*: put your key there with `ssh-copy-id"),
         ("exec yes welcome", r"lab2: it has ended with status -\d+: welcome"),
     ],
     ids=["refused", "greets for ever"],
@@ -492,4 +492,4 @@ def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkey
     remarked = invoke("run", "diff", runs[0], str(copy))
     assert remarked.exit_code == 0
     assert "The match files differ" in remarked.output
-    assert "The same: journals" in remarked.output
+    assert "The same: the journals" in remarked.output

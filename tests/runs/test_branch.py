@@ -109,7 +109,7 @@ def test_a_match_that_was_taken_up_can_be_again_with_both_changes(run: RunFolder
     branch = branch_of(second)
     assert branch is not None
     assert [change.player for change in branch.changes] == ["shark", "ann"]
-    with pytest.raises(LaunchError, match=r"was itself taken up at 4\.0 s"):
+    with pytest.raises(LaunchError, match=r"was itself continued at 4\.0 s"):
         taken_up(first, tmp_path / "runs", Change(2.0, "ann", "sharks-and-minnows"))
 
 
@@ -286,7 +286,7 @@ def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_
     runs = ["--runs", str(home / "runs")]
     assert invoke("play", str(home / "m.toml"), "--in-process", "--headless", "--rate", "max", *runs).exit_code == 0
     (first,) = (home / "runs").iterdir()
-    ways = (([], "sealed: the code of ann can only play", False), (["--no-sandbox"], "not sealed", True))
+    ways = (([], "sandboxed: the code of ann can only play", False), (["--no-sandbox"], "not sandboxed", True))
     for options, said, written in ways:
         mark.unlink(missing_ok=True)
         done = invoke("run", "repeat", str(first), *runs, *options)
@@ -303,7 +303,7 @@ def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_
     branched = invoke("run", "replay", str(first), *taken)
     branch = Path(json.loads(branched.stdout.splitlines()[-1])["run"])
     (branch / "match.toml").write_text((branch / "match.toml").read_text().replace('strategy = "lazy.py:Lazy"', ""))
-    assert "sealed: the code of bob can only play" in invoke("run", "repeat", str(branch), *runs).stderr
+    assert "sandboxed: the code of bob can only play" in invoke("run", "repeat", str(branch), *runs).stderr
     plain.match_file.write_text(text.replace('name = "ann"', f'name = "ann"\nstrategy = "{home / "lazy.py"}:Lazy"'))
-    assert "sealed: the code of ann can only play" in invoke("run", "repeat", str(plain.path), *runs).stderr
+    assert "sandboxed: the code of ann can only play" in invoke("run", "repeat", str(plain.path), *runs).stderr
     assert not mark.exists()

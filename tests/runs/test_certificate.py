@@ -153,7 +153,7 @@ def test_a_match_in_which_nothing_happened_has_nothing_to_tell_unless_its_launch
     assert (certificate.incidents, certificate.stops, certificate.worst) == ([], [], None)
     assert summary_line(certificate) == ""
     said = vrg("run", "stops", str(folder.path))
-    assert "No HALT, no emergency stop, no death of a process and no lost machine" in said
+    assert "no known HALT, emergency stop, death of a process or lost machine" in said
     EventLog(folder.events).write(Event(what=EventKind.BEGAN, monotonic=0.0, time=0.0))
     certificate = certificate_of(setup, folder)
     [incident] = certificate.incidents

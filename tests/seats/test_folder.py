@@ -122,7 +122,7 @@ def test_another_authority_leaves_no_keys_of_the_old_one(folder: KeysFolder) -> 
 @pytest.mark.parametrize("name", ["ca.key", "ca.crt"])
 def test_an_authority_that_was_torn_is_told(folder: KeysFolder, name: str) -> None:
     (folder.path / "authority" / name).write_bytes(b"-----BEGIN")
-    with pytest.raises(ConfigError, match=r"make another (authority|one) by `vrg keys init --replace`"):
+    with pytest.raises(ConfigError, match=r"make another (authority|one) with `vrg keys init --replace`"):
         folder.renew("final", [ANN], NOW)
 
 

@@ -71,7 +71,7 @@ def test_a_stranger_is_told_that_its_keys_are_of_another_match_and_is_refused_by
 ) -> None:
     stranger = find_credentials(keys(tmp_path / "other").path, [ANN])
     told = refused(endpoint, stranger)
-    assert "of another authority: these keys are of another match" in told
+    assert "of another authority: these keys are for another match" in told
     assert "player.ann" in told
     stranger.authority.write_bytes(ann.authority.read_bytes())
     assert "the router does not know the authority of this seat" in refused(endpoint, stranger)

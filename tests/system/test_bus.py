@@ -89,7 +89,7 @@ def test_bad_messages_on_every_key_are_dropped_and_play_goes_on(match: LiveMatch
 def test_who_looks_after_a_match_is_told_how_many_messages_were_refused(match: LiveMatch) -> None:
     match.abused = True
     stray = encode(Received(match.keys.drive("ann").key, 1.0, 0, Drive(twist=Twist(0.0, 0.0)), "player/ann/1"))
-    refused = re.compile(rf"{match.keys.match}: ([1-9]\d*) came under a wrong key")
+    refused = re.compile(rf"{match.keys.match}: ([1-9]\d*) had a wrong key")
     with raw_publisher(match.endpoint) as put:
 
         def told() -> bool:

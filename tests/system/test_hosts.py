@@ -254,7 +254,7 @@ def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path:
     (h2,) = found["h2"]
     assert "No route to host: is the machine switched on" in h2["text"]
     (h3,) = found["h3"]
-    assert "write where it is into [machines.h3]" in h3["text"]
+    assert "write its path into [machines.h3]" in h3["text"]
     assert lab.hosts["h1"].processes() == []
 
 

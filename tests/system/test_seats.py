@@ -230,7 +230,7 @@ def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guard
 
 
 def test_who_has_no_certificate_is_refused(guarded: LiveMatch) -> None:
-    with pytest.raises(BusError, match="lets only seats with keys in"), open_session(guarded.endpoint):
+    with pytest.raises(BusError, match="admits only seats with keys"), open_session(guarded.endpoint):
         pass
     plain = guarded.endpoint.replace("tls/", "tcp/")
     with pytest.raises(BusError, match="none answered"), open_session(plain, patience=0.5):

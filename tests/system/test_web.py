@@ -71,7 +71,7 @@ def _watch(match: LiveMatch, viewer: Visitor) -> None:
     shown = viewer.page.locator("#field").screenshot()
     observer.wait_until(lambda: viewer.page.locator("#field").screenshot() != shown, "robots to be drawn elsewhere")
     viewer.page.evaluate("vrg.link.send({ t: 'act', what: 'halt' })")
-    viewer.wait_text("#notice", "Refused: to decide")
+    viewer.wait_text("#notice", "Refused: deciding")
     viewer.page.evaluate("vrg.link.send({ t: 'drive', forward: -1, turn: 0 })")
     viewer.wait_text("#notice", "Refused: driving")
     observer.time_passes(0.5, "what must not follow")

@@ -21,11 +21,11 @@ STRATEGIES = ("bold", "shy", "wild")
 
 def test_a_player_is_chosen_and_then_its_strategy() -> None:
     choice = Choice(12.3, PLAYERS, STRATEGIES)
-    assert choice.card.heading == "From 0:12.3 on, who plays by another strategy?"
+    assert choice.card.heading == "From 0:12.3 on, who plays another strategy?"
     assert choice.card.lines[:2] == ("▶ ann", "    bob")
     then = choice.move(1).take()
     assert isinstance(then, Choice)
-    assert then.card.heading == "From 0:12.3 on, bob plays by which strategy?"
+    assert then.card.heading == "From 0:12.3 on, bob plays which strategy?"
     assert then.move(-1).take() == ("bob", "wild")
     assert then.move(1).move(1).move(1).at == 0
 
@@ -113,7 +113,7 @@ def test_enter_that_is_held_takes_one_name_alone(window: ReplayWindow, brancher:
     window.frame(0.0)
     assert brancher.begun == []
     assert window.card is not None
-    assert "ann plays by which strategy?" in window.card.heading
+    assert "ann plays which strategy?" in window.card.heading
 
 
 def test_escape_breaks_off(window: ReplayWindow, brancher: Made) -> None:

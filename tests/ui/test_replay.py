@@ -215,7 +215,7 @@ def test_the_keys_beside_the_field_and_in_banners_are_those_of_this_window(timel
         patch.setattr(timeline, "at", lambda *_: stopped)
         press(window, pygame.K_k, pygame.K_RIGHT)
         press(window, "?")
-    assert {"EMERGENCY STOP", "pause, go on", "next call"} <= set(words)
+    assert {"EMERGENCY STOP", "pause, continue", "next call"} <= set(words)
     assert not [text for text in words if "releases" in text or text == "H"]
 
 

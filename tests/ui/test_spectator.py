@@ -93,7 +93,7 @@ def test_pictures_are_numbered(window, match, tmp_path):
 def test_what_a_key_has_done_is_told_where_it_cannot_be_seen(window, match, tmp_path):
     press(pygame.K_l)
     match.step(window, 5.1, 1)
-    assert "Nobody shows a plan" in window.notice
+    assert "No player shows a plan" in window.notice
     press(pygame.K_p)
     match.step(window, 5.2, 2)
     assert window.notice == f"Picture saved: picture-001.png in {tmp_path}"

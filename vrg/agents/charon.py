@@ -136,7 +136,7 @@ class Automaton(Generic[V, C]):
         return self._controls[self.mode, self.submode](view)
 
     def restart(self) -> None:
-        """Begin anew at the next step. Use it for events from outside the automaton, such as an overruled call."""
+        """Start again at the next step. Use it for events from outside the automaton, such as an overruled call."""
         self.mode = self.submode = None
 
     def _enter(self, name: str) -> None:

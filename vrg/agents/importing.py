@@ -36,7 +36,7 @@ def import_object(target: str, base: Path) -> object:
     """Import `module:Class`, or `file.py:Class` with the file relative to `base`.
 
     A module may also be a file in `base`. Installed modules are found first. The files are read as they are now: if one
-    in the folder of the target, or one that a module there names in `FILES`, has changed, all there are imported anew.
+    in the folder of the target, or one that a module there names in `FILES`, has changed, all there are imported again.
 
     Raises:
         ConfigError: there is no such object, or its import fails; the message has the reason.
@@ -89,7 +89,7 @@ def _import_file(path: Path) -> ModuleType:
 def _apart(folder: Path) -> Iterator[None]:
     """Import modules of a folder also where those of another folder have the same names. Installed ones come first.
 
-    What a strategy imports later, as in `act`, may be that of another folder.
+    A module that a strategy imports later, as in `act`, may come from another folder.
     """
     others = [other for other in sys.path if other in _folders and other != str(folder)]
     aside = {
@@ -123,7 +123,7 @@ def _is_from(folders: Iterable[str], module: ModuleType) -> bool:
 
 
 def _file_of(module: ModuleType) -> str:
-    """The file of a module; empty if it has none. What is imported late would be imported by a plain `getattr`."""
+    """The file of a module; empty if it has none. A plain `getattr` would import a module that is imported lazily."""
     file = getattr(module, "__dict__", {}).get("__file__")
     return file if isinstance(file, str) else ""
 
@@ -131,7 +131,7 @@ def _file_of(module: ModuleType) -> str:
 @contextmanager
 def _as_it_is(folder: Path) -> Iterator[None]:
     """Import from a folder as its files are now, and not as they were at an earlier import."""
-    # Of what the program itself has imported, it is known of older files alone which one that was.
+    # For modules that the program itself has imported, only older files show which file that was.
     if (_known.get(folder) or _state(folder, _STARTED)) != _state(folder, float("inf")):
         for name, file in _modules(folder).items():
             sys.modules.pop(name, None)

@@ -36,7 +36,7 @@ SIGHT_TIMEOUT = 0.25
 
 
 class Once:
-    """Lets each text pass once, and so many texts at most."""
+    """Lets each text pass once, and this many texts at most."""
 
     def __init__(self) -> None:
         self._told: set[str] = set()
@@ -121,7 +121,7 @@ class Telling:
     def tell(self, action: Action, place: Vector) -> list[str]:
         """Send the messages of an action, and return what cannot be sent, and why, in words.
 
-        That is what has numbers out of range, is of another type or too long. It is left out; the rest is sent.
+        Such a message has numbers out of range, or is of another type or too long. It is left out; the rest is sent.
 
         Args:
             place: where the player measures itself to be, m.

@@ -29,7 +29,7 @@ class TeamMessage:
 
     Args:
         speaker: the name of the player that sent it. stamp: the match time at which it was sent, s.
-        words: its content: numbers, texts, lists and tables of these.
+        words: its content: numbers, strings, lists and tables of these.
     """
 
     speaker: str
@@ -220,7 +220,7 @@ class ModelledLink:
     def delay(self, message: Transmission) -> float | None:
         """The match time in s until the message arrives; None if it is lost.
 
-        A message that is lost on its way takes its time on the link all the same. One beyond the range takes it too,
+        A message that is lost on its way takes its time on the link anyway. One beyond the range takes it too,
         because the speaker does not know that it is not received. An unknown distance counts as near.
         """
         link = self._settings.between(message.speaker, message.listener)

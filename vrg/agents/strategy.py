@@ -22,7 +22,7 @@ class Action:
 
     Args:
         twist: the motion to drive with until the next tick.
-        say: its message to its team: numbers, texts, lists and tables of these; None without one.
+        say: its message to its team: numbers, strings, lists and tables of these; None without one.
         sightings: the unknown robots that it reports to the referee.
         bids: its bids in the referee's auctions: the cost by lot. None withdraws a bid, or gives back what was won.
         sketch: dots and lines that windows show, for example what it has seen and where it wants to go. None leaves

@@ -58,8 +58,8 @@ def hears(seat: Seat, line: TopicLine[Any], roster: Roster) -> list[str]:
 def may_publish(sender: str, key: str) -> bool:
     """True if a sender, as a message names it, may be one of the speakers of a key.
 
-    The router decides by the seat, which cannot be forged. This finds messages that the bus has mixed up. Who is in
-    which team, and which robots are located by a tracker, is not known here.
+    The router decides by the seat, which cannot be forged. This finds messages that the bus has mixed up. It does not
+    know the teams, nor which robots a tracker locates.
 
     Args:
         sender: such as `player/ann/3f60c1d2`. key: such as `vrg/courtyard/robot/ann/drive`.

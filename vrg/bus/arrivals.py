@@ -1,8 +1,8 @@
 """Messages that have arrived over a bus: refused, sounded as alarms, or kept until their node takes them in.
 
 It knows no bus and no clock: `vrg.bus.session` feeds it from zenoh's threads, simulations of faults in simulated time.
-Of states and measurements the newest of each key is kept, of events all in their order. A message under a wrong key, or
-with seats from a sender that may not publish there, is refused here, before a node receives it.
+For states and measurements the newest of each key is kept, for events all in their order. A message under a wrong key,
+or with seats from a sender that may not publish there, is refused here, before a node receives it.
 """
 
 import logging
@@ -164,7 +164,7 @@ class Arrivals:
         def arrive(key: str, read: Callable[[], bytes], origin: Origin) -> None:
             if not inlet.admits(key):
                 return
-            # Of what is no event the newest counts, and an emergency stop is always heard.
+            # Only the newest counts of messages that are no events, and an emergency stop is always heard.
             if not meter.admits(key, self._now()) and event and inlet.alarm is None:
                 self._drop(key)
                 return
@@ -200,7 +200,7 @@ class Arrivals:
             )
 
     def _sound(self, inlet: Inlet[Message], head: Header) -> None:
-        """Call an alarm on the thread of the arrival. What it raises is raised by the next `receive`."""
+        """Call an alarm on the thread of the arrival. The next `receive` raises its exceptions."""
         try:
             inlet.sound(head)
         except Exception as error:

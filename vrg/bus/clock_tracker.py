@@ -95,7 +95,7 @@ class ClockTracker:
     def _forget(self) -> None:
         self._offset = ClockOffset(INTERVAL, math.inf)
         self._floors: deque[tuple[float, float]] = deque(maxlen=DRIFT_SAMPLES)
-        """Of each past interval, the arrival of the least delayed message and its offset, s."""
+        """The arrival of the least delayed message of each past interval, and its offset, s."""
         self._began = -math.inf
         self._sum, self._count = 0.0, 0
         self._match_time = 0.0

@@ -106,7 +106,7 @@ def plain(value: object) -> object:
     tolist = getattr(value, "tolist", None)
     if callable(tolist):
         return tolist()
-    raise TypeError(f"expected numbers, texts, lists and tables, got {type(value).__name__}")
+    raise TypeError(f"expected numbers, strings, lists and tables, got {type(value).__name__}")
 
 
 def header(payload: bytes, key: str) -> Header:

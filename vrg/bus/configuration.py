@@ -15,8 +15,8 @@ meanwhile the router reads nothing from the publisher. By default it waits 5 s, 
 BATCH_SIZE = 8192
 """The number of bytes that are sent at a time. A link that takes longer than LEASE_MS for them counts as lost."""
 BATCHES = 16
-"""The number of batches that wait for a link in each class of messages. What only the newest counts of has fewer at the
-router, so that it is not old when it comes over a slow link."""
+"""The number of batches that wait for a link in each class of messages. Messages of which only the newest counts have
+fewer at the router, so that they are not old after a slow link."""
 FEW_BATCHES = 8
 BUFFER_SIZE = 65_536
 """The number of bytes that a router has the operating system keep for a link, for the same reason. By default it keeps
@@ -28,7 +28,7 @@ PENDING = 5000
 """The number of connections that a router takes, and of those whose other end has not identified itself yet."""
 MAX_MESSAGE_SIZE = 16_000_000
 """The number of bytes of the longest message that is taken in. A picture of a camera has at most half as many. By
-default a process that is let in could fill the memory of all others with messages of a gigabyte."""
+default a process that is admitted could fill the memory of all others with messages of a gigabyte."""
 _SECURE = "tls/"
 
 
@@ -84,7 +84,7 @@ def check_endpoint(endpoint: str, credentials: Credentials | None = None) -> Non
     secure = endpoint.startswith(_SECURE)
     if secure and credentials is None:
         raise BusError(
-            f"the router at {endpoint} lets only seats with keys in: name the folder of the keys with --keys, or in "
+            f"the router at {endpoint} admits only seats with keys: name the folder of the keys with --keys, or in "
             "the variable VRG_KEYS"
         )
     if not secure and credentials is not None:

@@ -26,7 +26,7 @@ from vrg.system import POSIX
 
 
 class WaitingRoom:
-    """Holds connections until they are let in. It closes those that wait for too long, and some if too many wait.
+    """Holds connections until they are admitted. It closes those that wait for too long, and some if too many wait.
 
     Args:
         limit: how many may wait. If more come, the oldest of the crowd that most of them are of is closed.
@@ -54,7 +54,7 @@ class WaitingRoom:
             oldest.abort()
 
     def leave(self, transport: asyncio.Transport) -> None:
-        """Forget a connection that is let in or closed. Idempotent."""
+        """Forget a connection that is admitted or closed. Idempotent."""
         if transport in self._waiting:
             _, timer = self._waiting.pop(transport)
             timer.cancel()
@@ -111,7 +111,7 @@ def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
     """Let programs that begin a handshake at `endpoint` pass to the listeners behind it, until the context ends.
 
     Returns:
-        a function that opens the entrance, to be called when the listeners are there. Who comes before it waits.
+        a function that opens the entrance, to be called when the listeners are there. Earlier ones wait.
 
     Raises:
         OSError: the endpoint is taken or cannot be listened on.
@@ -122,7 +122,7 @@ def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
     family, _, _, _, address = socket.getaddrinfo(host_of(endpoint), int(port_of(endpoint)), type=socket.SOCK_STREAM)[0]
     both = family is socket.AF_INET6 and address[0] == "::"
     with socket.create_server(address, family=family, backlog=_BACKLOG, dualstack_ipv6=both) as listening:
-        # The connections inherit it. What waits for a slow one is to wait in the router, which drops what is old.
+        # The connections inherit it. Messages for a slow one must wait in the router, which drops old ones.
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_SIZE)
         loop = asyncio.new_event_loop()
         hall = _Hall(loop, [(host_of(door), int(port_of(door))) for door in behind])
@@ -164,7 +164,7 @@ class _Hall:
             self.loop.run_until_complete(asyncio.sleep(0))
         finally:
             if not self.ending:
-                log.critical("the entrance of the router has failed: the router ends")
+                log.critical("the router's entrance has failed, so the router stops")
                 os.kill(os.getpid(), signal.SIGTERM)
 
     async def open_door(self, guest: "_Outside") -> None:
@@ -172,7 +172,7 @@ class _Hall:
         try:
             await self.loop.create_connection(lambda: _Inside(guest), *next(self._doors))
         except OSError as error:
-            log.warning("the router does not take a connection: %s", error)
+            log.warning("the router refuses a connection: %s", error)
             guest.transport.abort()
 
 
@@ -201,7 +201,7 @@ class _Side(asyncio.Protocol):
     def connection_lost(self, error: Exception | None) -> None:
         if self.other is not None:
             self.other.transport.close()
-            # Who does not take what was sent last would keep the connection for ever.
+            # A program that does not read the last bytes would keep the connection for ever.
             asyncio.get_running_loop().call_later(HANDSHAKE_TIMEOUT, self.other.transport.abort)
 
 

@@ -49,7 +49,7 @@ class Numbers:
     def is_new(self, head: Header, origin: Origin) -> bool:
         """Return whether a message has a higher number than all of its sender before it, and remember it.
 
-        What was asked for is no news if its sender was never heard: it may be from before this process was there.
+        An answer to a request is not new if its sender was never heard: it may be older than this process.
         """
         link = (head.key, head.sender)
         if head.sequence <= self._newest.get(link, sys.maxsize if origin is Origin.ASKED else -1):
@@ -139,7 +139,7 @@ class Inlet(Generic[T]):
         if key in self._keys or self._known:
             return key in self._keys
         if len(self._keys) >= KEYS_LIMIT:
-            self.refuse(MessageError(f"{key}: expected at most {KEYS_LIMIT} keys: a sender invents more and more"))
+            self.refuse(MessageError(f"{key}: expected at most {KEYS_LIMIT} keys: a sender keeps inventing new ones"))
             return False
         self._keys.add(key)
         return True
@@ -147,9 +147,8 @@ class Inlet(Generic[T]):
     def offer_header(self, head: Header, origin: Origin = Origin.LIVE) -> None:
         """Executor only: decode what arrived over the bus. A bad message is counted, logged and dropped.
 
-        After a lost link an event may come twice, and is handed over once. What has an alarm counts again all the same,
-        and what is perishable never comes twice, so of these nothing that was just published is dropped, whatever its
-        number.
+        After a lost link an event may come twice, and is handed over once. Messages with an alarm count again anyway,
+        and perishable ones never come twice, so none of these that was just published is dropped, whatever its number.
         """
         try:
             message = decode_body(head, self.topic.type)
@@ -238,7 +237,7 @@ class Mailbox:
             topic: the topic to hear.
             alarm: called with each message as soon as it arrives, on any thread, also while the node decides. It is for
                 an emergency stop, which cannot wait for the end of a tick. It may make a robot safe; it must not
-                publish. What was asked for, because a link was lost, is only handed over.
+                publish. Answers to a request after a lost link are only handed over.
             only: the keys of the topic that matter, where they are known.
         """
         inlet = Inlet(topic, alarm, only)
@@ -281,5 +280,5 @@ def _order(message: Received[Message]) -> tuple[float, str, str, int]:
 
 
 def is_power_of_ten(n: int) -> bool:
-    """True if a count is 1, 10, 100 and so on. What is repeated is logged at these."""
+    """True if a count is 1, 10, 100 and so on. Repetitions are logged at these counts."""
     return str(n).strip("0") == "1"

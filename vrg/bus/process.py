@@ -81,7 +81,7 @@ class Statistics:
 def claim(session: Session, keys: Keys, kind: str, name: str, stop: StopSignal) -> bool:
     """Declare that this node is alive. Only one node of a kind and name may be alive.
 
-    A node that is alive already stays. Of two that come at the same moment, the one with the lower instance id stays.
+    A node that is alive already stays. If two come at the same moment, the one with the lower instance id stays.
 
     Returns:
         False if `stop` was set before.

@@ -2,7 +2,7 @@
 
 Zenoh itself connects the old session again, under its old id. A router that still waits to send on a link that was cut
 closes it for a quarter of the lease, and takes the new connection for one more link of the old session. Keys and
-messages go by numbers on a link, and only the client counts them anew, so messages arrive under other keys than they
+messages go by numbers on a link, and only the client renumbers them, so messages arrive under other keys than they
 were published on, or are dropped (zenoh 1.10.2). A new session has a new id, and nothing that is left of the old one
 belongs to it. Zenoh still connects the old one for the few milliseconds until it is closed here; nothing is published
 on it any more, and receivers compare the key in each message besides.
@@ -348,7 +348,7 @@ def _undeclare(item: Declared) -> None:
 def _declare_publisher(
     raw: zenoh.Session, key: str, qos: Qos, *, waits: bool = True, urgent: bool = False
 ) -> _Publisher:
-    """Declare the publisher of a key. What only the newest counts of has a queue of its own, behind that of the rest.
+    """Declare the publisher of a key. Messages of which only the newest counts have their own queue, behind the rest.
 
     Args:
         waits: False drops what a subscriber is too slow for, in place of waiting for it. urgent: see `RouterLink.put`.

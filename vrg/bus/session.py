@@ -219,7 +219,7 @@ class Session:
         try:
             for reply in self._link.raw.liveliness().get(expression, timeout=LIVELINESS_TIMEOUT):
                 if reply.ok is None:
-                    raise BusError(f"expected the router to tell who is alive within {LIVELINESS_TIMEOUT:g} s")
+                    raise BusError(f"expected the router to say who is alive within {LIVELINESS_TIMEOUT:g} s")
                 found.add(str(reply.ok.key_expr))
         except zenoh.ZError as error:
             raise BusError(f"the link to the router was lost ({brief(error)})") from None
@@ -271,8 +271,8 @@ class Session:
         """Keep what arrives from now on until it is taken, at most `limit` messages; beyond it the oldest are dropped.
 
         No Python runs when a message arrives. So who listens to everything never holds up the bus, however busy it is.
-        The messages are as they came, also those under a wrong key. What was not yet taken when the link was lost is
-        dropped.
+        The messages are as they came, also those under a wrong key. Messages that were not yet taken when the link was
+        lost are dropped.
 
         Args:
             own: False leaves out what this session publishes.

@@ -84,8 +84,8 @@ def stop_on_signals(also: StopSignal | None = None) -> Iterator[Stop]:
     """A Stop that SIGINT, SIGTERM and, but on Windows, SIGHUP set. The former handlers are put back at the end.
 
     Python lets only the main thread hear signals; in another thread `also` alone stops it. SIGHUP comes when the
-    terminal is closed. What is written to it from then on is lost, and is no error. A process that was started to
-    outlive its terminal, as by nohup, ignores it.
+    terminal is closed. Output that is written to it from then on is lost, without an error. A process that was started
+    to outlive its terminal, as by nohup, ignores it.
 
     Args:
         also: what stops it, too, such as a `threading.Event`.

@@ -150,7 +150,7 @@ class Keys:
 
     clock = TopicLine("clock", m.Clock, LATEST, (WORLD,), PLAYING, "match time", urgent=True)
     poses = TopicLine(
-        "poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL, TRACKER), "where every body truly is"
+        "poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL, TRACKER), "where every body really is"
     )
     world_request = TopicLine(
         "world/request", m.WorldRequest, EVENT, (REFEREE,), (WORLD,), "where to put virtual robots"
@@ -178,7 +178,7 @@ class Keys:
     )  # fmt: skip
     robot_seen = NamedLine(
         "robot/{robot}/seen", m.MeasuredPose, LATEST, (WORLD,), (DEVICE,),
-        "where the world has a physical robot: a device that was restarted goes on from there",
+        "where the world has a physical robot: a restarted device continues from there",
     )  # fmt: skip
     speed_limit = NamedLine(
         "robot/{robot}/limit", m.SpeedLimit, STATE, (REFEREE,), (DEVICE, WORLD), "its top speed now"
@@ -193,11 +193,11 @@ class Keys:
     )  # fmt: skip
     report = NamedLine(
         "player/{player}/report", m.Report, LATEST, (PLAYER,),
-        (REFEREE, RECORDER, LAUNCHER, WINDOW, OFFICIAL, COMMANDER, HUD), "what it does, what it lacks",
+        (REFEREE, RECORDER, LAUNCHER, WINDOW, OFFICIAL, COMMANDER, HUD), "what it is doing, and what it lacks",
     )  # fmt: skip
     manual = NamedLine(
         "player/{player}/manual", m.Manual, LATEST, (OFFICIAL, COMMANDER, HUD), (DEVICE,),
-        "a human drives it for a while",
+        "a person drives it for a while",
     )  # fmt: skip
     order = NamedLine("team/{team}/order", m.TeamOrder, LATEST, (COMMANDER,), (MATES,), "what the team is to do")
     sight = NamedLine(
@@ -206,7 +206,7 @@ class Keys:
     )  # fmt: skip
     say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, (PLAYER,), (MATES,), "what it tells its team")
     links = NamedLine(
-        "player/{player}/links", m.Links, STATE, (PLAYER,), (RECORDER, OFFICIAL), "what the radio brought and lost"
+        "player/{player}/links", m.Links, STATE, (PLAYER,), (RECORDER, OFFICIAL), "what the radio delivered and lost"
     )
     sightings = NamedLine(
         "player/{player}/sightings", m.Sightings, EVENT, (PLAYER,), (REFEREE, RECORDER, WINDOW, OFFICIAL),
@@ -234,9 +234,9 @@ class Keys:
     )  # fmt: skip
     seat_answer = TopicLine("seat/answer", m.SeatAnswer, EVENT, (LAUNCHER,), (OFFICIAL,), "whether that was done")
     processes = TopicLine(
-        "processes", m.Processes, LATEST, (LAUNCHER,), (WINDOW, OFFICIAL), "how the processes of the match are"
+        "processes", m.Processes, LATEST, (LAUNCHER,), (WINDOW, OFFICIAL), "the state of the processes of the match"
     )
-    pulse = NamedLine("pulse/{kind}/{name}", m.Pulse, LATEST, EVERYBODY, (LAUNCHER, HOST), "it still works")
+    pulse = NamedLine("pulse/{kind}/{name}", m.Pulse, LATEST, EVERYBODY, (LAUNCHER, HOST), "it is alive")
 
     def __init__(self, match: str) -> None:
         self.match = check_name(match, "match name")

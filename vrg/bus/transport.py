@@ -2,7 +2,7 @@
 
 An executor attaches the mailboxes of its nodes to a transport, decides when nodes are due, and calls `turn`. So the
 same nodes run over any transport: `vrg.bus.lockstep` runs all of them in the memory of one process, and
-`vrg.bus.process` runs each of them in a process of its own, over a session.
+`vrg.bus.process` runs each of them in its own process, over a session.
 """
 
 import hashlib
@@ -26,8 +26,8 @@ _End = tuple[Inlet[Message], OnArrival | None]
 class Transport(Protocol):
     """Carries messages between mailboxes.
 
-    The messages of one sender on one key arrive in the order in which they were published. Of an EVENT topic all of
-    them arrive, as long as they are no flood, and of the others at least the newest of each key. A mailbox is given its
+    The messages of one sender on one key arrive in the order in which they were published. All messages of an EVENT
+    topic arrive unless they are a flood, and of other topics at least the newest of each key. A mailbox is given its
     own messages, too, if it subscribes to them. Alarms sound as soon as a message arrives.
     """
 

@@ -94,7 +94,7 @@ def _connected(
             raise typer.Exit(130)
         for name in reached:
             if name in failed:
-                advice = "is its port open in the firewall, and the address right?"
+                advice = "is its port open in the firewall, and is the address right?"
                 found[name] = Finding("router", False, f"{failed[name]}: {advice}")
             else:
                 found[name] = Finding("router", True, f"reached at {endpoint}")
@@ -107,9 +107,9 @@ def _clock(host: RemoteHost) -> list[Finding]:
         return []
     quickest = min(host.reports.trips)
     offset = quickest.wall_offset
-    found = [Finding("link", None, f"a message there and back has taken {1000 * quickest.took:.0f} ms over ssh")]
+    found = [Finding("link", None, f"a round trip took {1000 * quickest.took:.0f} ms over ssh")]
     if abs(offset) > _ODD:
         way = "ahead of" if offset > 0 else "behind"
-        text = f"is {abs(offset):.0f} s {way} this machine's: no match minds, but the times in logs differ"
+        text = f"is {abs(offset):.0f} s {way} this machine's: matches are not affected, but the times in logs differ"
         found.append(Finding("wall clock", None, text))
     return found

@@ -31,11 +31,11 @@ U = TypeVar("U")
 
 ProtocolOption = Annotated[
     str,
-    typer.Option("--protocol", help="What the drives speak: odrive, or what another package adds."),
+    typer.Option("--protocol", help="The drives' protocol: odrive, or one that another package adds."),
 ]
 OptionsOption = Annotated[
     list[str] | None,
-    typer.Option("--option", help="An option of such drives as in the wiring, NAME=VALUE."),
+    typer.Option("--option", help="An option of these drives, as in the wiring: NAME=VALUE."),
 ]
 
 
@@ -51,13 +51,13 @@ class BusOptions:
     """The bus that a command means."""
 
     channel: Annotated[
-        str | None, typer.Option("--channel", help="The bus; can0 if missing, or vcan0 where there is no can0.")
+        str | None, typer.Option("--channel", help="The bus; the default is can0, or vcan0 if there is no can0.")
     ] = None
-    interface: Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")] = "socketcan"
-    bitrate: Annotated[int | None, typer.Option("--bitrate", help="bit/s, where the interface sets it itself.")] = None
+    interface: Annotated[str, typer.Option("--interface", help="python-can's name for the interface.")] = "socketcan"
+    bitrate: Annotated[int | None, typer.Option("--bitrate", help="bit/s, if the interface sets it itself.")] = None
     adapter: Annotated[
         list[str] | None,
-        typer.Option("--adapter", help="A further option of python-can's interface, NAME=VALUE; several are possible."),
+        typer.Option("--adapter", help="A further option of python-can's interface, NAME=VALUE; can be repeated."),
     ] = None
 
     def link(self) -> Link:
@@ -133,7 +133,7 @@ def drives(
     protocol: ProtocolOption = "odrive",
     option: OptionsOption = None,
     watchdog: Annotated[
-        float, typer.Option(min=0, max=60, help="s without a setpoint until the motor is off; 0 = never.")
+        float, typer.Option(min=0, max=60, help="Time without a setpoint until the motor is off, s; 0 = never.")
     ] = 0.2,
     voltage: Annotated[float, typer.Option(min=0, max=1000, help="The voltage of the supply, V.")] = 24.0,
     inertia: Annotated[
@@ -146,16 +146,16 @@ def drives(
         float, typer.Option(min=0.01, help="Highest speed of the motor, turn/s.")
     ] = _MOTOR.velocity_limit,
     friction: Annotated[float, typer.Option(min=0, help="Friction at the shaft, Nm.")] = _MOTOR.friction,
-    delay: Annotated[float, typer.Option(min=0, max=0.5, help="s from a setpoint to its effect.")] = _MOTOR.delay,
+    delay: Annotated[float, typer.Option(min=0, max=0.5, help="Time from a setpoint to its effect, s.")] = _MOTOR.delay,
     braking: Annotated[
         float, typer.Option(min=1e-3, max=60, help="Time constant of a motor that is off, s.")
     ] = _MOTOR.braking,
     serial: Annotated[
-        int | None, typer.Option(min=0, help="Serial number of the first drive; a random one if missing.")
+        int | None, typer.Option(min=0, help="Serial number of the first drive; random by default.")
     ] = None,
     leash: LeashOption = False,
 ) -> None:
-    """Be one or several motor controllers on a bus, until stopped."""
+    """Emulate one or several motor controllers on a bus, until stopped."""
     from vrg.hal.can.workshop.run import run_drives  # python-can is for who uses a bus
 
     spoken = protocol_of(protocol, drive=True)

@@ -28,11 +28,11 @@ STOPPING = sorted(
 
 def estop(
     on: DecisionOptions,
-    release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resume.")] = False,
+    release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resumed.")] = False,
 ) -> None:
-    """Stop every robot at once, of all matches that run here if none is named. It stays so until it is released.
+    """Stop every robot at once, in all matches that run here unless one is named. The stop lasts until it is released.
 
-    The keys of any seat will do: all that are found are tried, and no keys. Releasing needs those of the official.
+    The keys of any seat will do, and the command tries all that it finds. Releasing the stop needs the official's keys.
     """
     if release:
         targets = [own_match(on, "release the emergency stop")]
@@ -51,7 +51,7 @@ def estop(
         elif not release:
             typer.echo(f"{name}: emergency stop engaged")
         elif done.result():
-            typer.echo(f"{name}: released: go on with `vrg official resume {name}`")
+            typer.echo(f"{name}: released: continue with `vrg official resume {name}`")
         else:
             typer.echo(f"{name}: no emergency stop was engaged, so there was nothing to release")
     if any(done.exception() for _, done in asked):
@@ -117,7 +117,7 @@ def _link(stack: ExitStack, endpoint: str, typed_keys: Path | None, order: Estop
             problems.append(str(error))
             if not isinstance(error, CredentialsError):
                 silent.add(at)  # other keys would not be answered either
-    raise BusError(f"the router has not heard it: {'; '.join(problems)}")
+    raise BusError(f"the router has not received it: {'; '.join(problems)}")
 
 
 def _ways(

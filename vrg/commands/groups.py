@@ -51,15 +51,15 @@ class PracticeOptions:
         bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
     ] = False
     lockstep: Annotated[
-        bool, typer.Option("--lockstep", help="Like --in-process, but each strategy decides in a process of its own.")
+        bool, typer.Option("--lockstep", help="Like --in-process, but each strategy decides in its own process.")
     ] = False
     deadline: Annotated[
         float | None,
-        typer.Option(metavar="S", min=0.001, max=4.0, help="Real time after which one forfeits a step; 1 s."),
+        typer.Option(metavar="S", min=0.001, max=4.0, help="Real time after which a strategy forfeits a step, 1 s."),
     ] = None
     engine: EngineOption = None
     rate: Annotated[
-        str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
+        str | None, typer.Option(metavar="X|max", help="Match seconds per real second; max only in lockstep.")
     ] = None
     seed: Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")] = None
     headless: Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")] = False
@@ -77,7 +77,7 @@ class PracticeOptions:
         if self.in_process and self.lockstep:
             raise typer.BadParameter("--in-process and --lockstep: choose one")
         if self.deadline is not None and not self.lockstep:
-            raise typer.BadParameter("needs --lockstep: elsewhere it cannot be chosen", param_hint="--deadline")
+            raise typer.BadParameter("--deadline needs --lockstep: add it", param_hint="--deadline")
 
     @property
     def steps(self) -> bool:
@@ -113,17 +113,17 @@ class PlayOptions(PracticeOptions):
     here: Annotated[
         bool, typer.Option("--here", help="Run everything on this machine, whatever the match file names.")
     ] = False
-    sim: Annotated[bool, typer.Option("--sim", help="Let all robots be virtual, whatever their backends.")] = False
+    sim: Annotated[bool, typer.Option("--sim", help="Make all robots virtual, whatever their backends.")] = False
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print which process would run on which machine; start nothing.")
     ] = False
     seats: Annotated[
         bool | None,
-        typer.Option("--seats/--no-seats", help="Let only seats with keys in; the default is the match file's."),
+        typer.Option("--seats/--no-seats", help="Admit only seats with keys; the default is the match file's."),
     ] = None
     keys: KeysOption = None
     web: Annotated[
-        bool, typer.Option("--web", help="Show it in browsers too; --listen does so for other machines.")
+        bool, typer.Option("--web", help="Show the match in browsers too; --listen serves it to other machines.")
     ] = False
     listen: ListenOption = None
     tls: TlsOption = False
@@ -131,7 +131,7 @@ class PlayOptions(PracticeOptions):
     """The file with the address and the tokens of the page, from the program that shows it to others."""
     show: Annotated[
         list[str] | None,
-        typer.Option(metavar="VIEW[=ADDRESS]", help="Show it in a view of `vrg show`, one that needs no window."),
+        typer.Option(metavar="VIEW[=ADDRESS]", help="Show the match in a view of `vrg show` that needs no window."),
     ] = None
 
     @staticmethod
@@ -143,15 +143,15 @@ class PlayOptions(PracticeOptions):
         """See PracticeOptions.check."""
         super().check()
         if self.page and (self.listen or self.tls):
-            raise typer.BadParameter("--page tells where the page is served: leave --listen and --tls out")
+            raise typer.BadParameter("--page says where the page is served: leave --listen and --tls out")
         if self.tls and not self.address:
-            raise typer.BadParameter("--tls encrypts the page, and none is served: add --web or --listen")
+            raise typer.BadParameter("--tls encrypts the page, but no page is served: add --web or --listen")
         needing = {"--seats": self.seats} | dict.fromkeys((each.option.name for each in typed(self)), True)
         needing |= {"--show": bool(self.show), "--web": self.address is not None}
         if self.steps and (first := next((name for name, wanted in needing.items() if wanted), None)):
             how = "--lockstep" if self.lockstep else "--in-process"
             raise typer.BadParameter(
-                f"{first} needs the bus: a match that is played so has no seats and serves no one; leave {how} out"
+                f"{first} needs the bus: a match with {how} has no bus, no seats and no pages; leave {how} out"
             )
 
     @property

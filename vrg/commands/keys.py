@@ -48,11 +48,11 @@ class MakingOptions:
 
     match: GameArgument
     keys: FolderOption = KEYS
-    days: Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")] = 30.0
+    days: Annotated[float, typer.Option(min=0.01, max=730, help="Days for which the keys are valid.")] = 30.0
     host: Annotated[
         list[str] | None,
         typer.Option(
-            "--host", help="Host name or IP address of the router's machine, besides this machine's; may repeat."
+            "--host", help="Host name or IP address of the router's machine, besides this machine's; can be repeated."
         ),
     ] = None
 
@@ -62,7 +62,7 @@ def init(
     on: MakingOptions,
     replace: Annotated[
         bool,
-        typer.Option("--replace", help="Remove these keys, and make others: none that was handed out is good."),
+        typer.Option("--replace", help="Remove these keys and make new ones; keys handed out before become invalid."),
     ] = False,
 ) -> None:
     """Make an authority and the keys of all seats of a match."""
@@ -71,7 +71,7 @@ def init(
     setup, folder = _setup(on.match), KeysFolder(on.keys)
     if folder.has_keys and not replace:
         raise ConfigError(
-            f"{on.keys}: there are keys already: renew them by `vrg keys renew` where they were made, choose "
+            f"{on.keys}: there are keys already: renew them with `vrg keys renew` where they were made, choose "
             "another folder, or add --replace, which removes them"
         )
     typer.echo(_make(folder.make, setup, on))
@@ -79,13 +79,13 @@ def init(
 
 @app.command()
 def renew(on: MakingOptions) -> None:
-    """Make new keys for all seats, those new in the match file too. Old ones are good until they expire."""
+    """Make new keys for all seats, including those new in the match file. Old keys stay valid until they expire."""
     from vrg.seats.folder import KeysFolder
 
     folder = KeysFolder(on.keys)
     typer.echo(f"{_make(folder.renew, _setup(on.match), on)}: hand them out again")
     if folder.sheet.exists():
-        typer.echo(f"players that are new are not on {folder.sheet}: `vrg keys sheet {on.match}` prints it anew")
+        typer.echo(f"new players are not on {folder.sheet}: `vrg keys sheet {on.match}` prints it again")
 
 
 def _make(make: Callable[..., None], setup: MatchSetup, on: MakingOptions) -> str:
@@ -97,7 +97,7 @@ def _make(make: Callable[..., None], setup: MatchSetup, on: MakingOptions) -> st
 
 @app.command()
 def show(keys: FolderOption = KEYS, as_json: JsonOption = False) -> None:
-    """List the seats that a folder has keys of, and until when they are valid."""
+    """List the seats whose keys a folder holds, and until when they are valid."""
     from vrg.seats.folder import KeysFolder
 
     now = datetime.now(UTC)
@@ -116,15 +116,15 @@ def show(keys: FolderOption = KEYS, as_json: JsonOption = False) -> None:
 
 @app.command()
 def hand(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to copy them to, such as a USB stick.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to copy the keys to, such as a USB stick.")],
     seats: Annotated[
-        list[str] | None, typer.Argument(metavar="[SEAT]...", help="Such as player.ann or commander.red.")
+        list[str] | None, typer.Argument(metavar="[SEAT]...", help="A seat, such as player.ann or commander.red.")
     ] = None,
     keys: FolderOption = KEYS,
 ) -> None:
     """Copy the keys of some seats, and nothing else, for one machine.
 
-    Without a SEAT each player's are copied to a folder of its own, which has the player's name.
+    Without a SEAT, the keys of each player are copied to a folder named after the player.
     """
     from vrg.seats.folder import KeysFolder
 
@@ -150,7 +150,7 @@ def sheet(
 ) -> None:
     """Write a sheet for the printer: a strip with a link and its QR code for each player, the official and the public.
 
-    The links are good whenever `vrg play` serves the page with these keys.
+    The links are valid whenever `vrg play` serves the page with these keys.
     """
     from vrg.commands.page import EVERYWHERE, encrypted, known_page, reached_at
     from vrg.seats.folder import KeysFolder
@@ -159,7 +159,7 @@ def sheet(
 
     folder, setup = KeysFolder(keys), _setup(match)
     if not folder.has_keys:
-        raise ConfigError([f"{keys}: expected a folder of keys, found none: make one by `vrg keys init {match}`"])
+        raise ConfigError([f"{keys}: expected a folder of keys, found none: make one with `vrg keys init {match}`"])
     folder.check_match(setup.roster.match)
     host, port = web_address(listen) if listen else (EVERYWHERE, None)
     address, known = reached_at(host)[0], known_page(keys)
@@ -168,8 +168,8 @@ def sheet(
     page = encrypted(page) if tls else replace(page, certificate="", private_key="")
     purposes = {
         VisitorKind.VIEWER: "watch",
-        VisitorKind.OFFICIAL: "halt, continue and end the match: keep this one",
-        VisitorKind.SEAT: "drive with a telephone",
+        VisitorKind.OFFICIAL: "halt, continue and end the match: keep this strip",
+        VisitorKind.SEAT: "drive with a phone",
     }
     strips = [paper.Strip(role.player or role.kind, purposes[role.kind], link) for role, link in page.links(address)]
     file = output or folder.sheet
@@ -179,7 +179,7 @@ def sheet(
     except OSError as error:
         raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None
     at = f"the page at {address}:{page.port}"
-    typer.echo(f"{file}: {len(strips)} strips to print, for {at}; a strip is the right to its seat")
+    typer.echo(f"{file}: {len(strips)} strips to print, for {at}; whoever holds a strip may take its seat")
     typer.echo(f"to play with them: vrg play {match} --keys {keys} --listen 0.0.0.0:{page.port}")
 
 

@@ -109,7 +109,7 @@ def _named(on: MatchOptions) -> "tuple[str | None, str | None, MatchSetup | None
         run = str(Path(typed).resolve())
         match = next((match for match in here if match.run == run), None)
         if match is None:
-            raise ConfigError(f"{typed}: the match of this run does not run any more: `vrg run` looks at it")
+            raise ConfigError(f"{typed}: the match of this run has ended: look at it with `vrg run`")
         return match.match, router or match.router, None
     setup = setup_named(typed)
     return typed if setup is None else setup.name, router, setup
@@ -223,7 +223,7 @@ def ended_run(run: Path | None, runs: Path = Path("runs")) -> "tuple[RunFolder, 
     """
     folder, setup = run_of(run, runs, ended=True)
     if is_running(folder.path):
-        raise LaunchError(f"{folder.path}: this match still runs: close its window, or ask again when it has ended")
+        raise LaunchError(f"{folder.path}: this match is still running: close its window, or try again when it ends")
     return folder, setup
 
 

@@ -24,10 +24,8 @@ from vrg.toml_text import quoted, with_value
 
 app = CommandGroup(no_args_is_help=True)
 
-NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Its name, which the file or folder gets, too.")]
-FolderOption = Annotated[
-    Path, typer.Option("--output", "-o", help="Folder to write into; it is made if it is not there.")
-]
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Its name, and that of the file or folder.")]
+FolderOption = Annotated[Path, typer.Option("--output", "-o", help="Folder to write into; it is made if missing.")]
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 
@@ -44,7 +42,7 @@ def player(name: NameArgument, output: FolderOption = Path()) -> None:
         raise ConfigError(f"{name}: choose another name: the player itself uses something called {class_name}")
     _write({file: text})
     typer.echo(
-        f'\nIn a match file beside it, this line of a player lets it play:\n\n    strategy = "{file.name}:{class_name}"'
+        f'\nTo let it play, give a player in a match file this line:\n\n    strategy = "{file.name}:{class_name}"'
     )
     place = "" if output == Path() else f" --output {shlex.quote(str(output))}"
     target = shlex.quote(f"{file}:{class_name}")
@@ -62,14 +60,14 @@ def match(
         ),
     ] = None,
     game: Annotated[
-        str | None, typer.Option("--game", help="The game that is played: that of POLICY.npz, or sharks-and-minnows.")
+        str | None, typer.Option("--game", help="The game; the default is that of POLICY.npz, or sharks-and-minnows.")
     ] = None,
     output: FolderOption = Path(),
 ) -> None:
-    """Write a match, NAME.toml: a short one of Sharks and Minnows, or the one that another game begins with.
+    """Write a match, NAME.toml: a short one of Sharks and Minnows, or the default match of another game.
 
-    The first of your players plays for the largest team, the next one for the next team, and so on. All robots of a
-    team get them in turn, and the names of their files; a team that is left without one keeps the game's own.
+    Your first player plays for the largest team, the next one for the next team, and so on. The robots of a team share
+    its players in turn and are named after their files; a team without a player of yours keeps the game's own.
     """
     from vrg.games import GAMES
 
@@ -165,7 +163,7 @@ def new_map(name: NameArgument, output: FolderOption = Path()) -> None:
     _check_name(name)
     file = output / f"{name}.toml"
     _write({file: filled("map.toml.template", name=name)})
-    typer.echo(f"\nA match file beside it names it by this line:\n\n    map = {quoted(file.name)}")
+    typer.echo(f"\nA match file beside it names it with this line:\n\n    map = {quoted(file.name)}")
 
 
 @app.command()
@@ -189,8 +187,8 @@ def driver(name: NameArgument, output: FolderOption = Path()) -> None:
     )
     path = shlex.quote(str(package))
     typer.echo(
-        f"\nIt drives a robot that is only computed: put what speaks to yours into {package / name / 'robot.py'}."
-        "\n\nTo test it, and to install it, in the environment of VRG:"
+        f"\nIt drives a simulated robot: put the code that speaks to yours into {package / name / 'robot.py'}."
+        "\n\nTo test and install it in the environment of VRG:"
         f"\n\n    python -m pytest {path}\n    python -m pip install -e {path}"
         f'\n\nThen a player in a match file may have this line:\n\n    backend = "{name}"'
     )
@@ -208,7 +206,7 @@ def _class_name(name: str) -> str:
             f"expected a name of 1 to 64 characters, A-Z a-z 0-9 _, beginning with a letter, got {name!r}"
         )
     if keyword.iskeyword(name) or keyword.iskeyword(class_name):
-        raise ConfigError(f"{name}: choose another name: it is a word of Python itself")
+        raise ConfigError(f"{name}: choose another name: it is a keyword of Python")
     return class_name
 
 
@@ -279,4 +277,4 @@ def _write(files: Mapping[Path, str]) -> None:
 
 
 def _already_there(path: Path) -> str:
-    return f"{path}: already there, and never overwritten: choose another name, or another folder by --output"
+    return f"{path}: it exists already and is never overwritten: choose another name, or another folder with --output"

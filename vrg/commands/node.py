@@ -46,17 +46,17 @@ def router(
         str | None, typer.Argument(metavar="[GAME|match.toml]", help="The match whose seats may connect; needs --keys.")
     ] = None,
     endpoint: RouterOption = None,
-    upstream: Annotated[str | None, typer.Option(metavar="ENDPOINT", help="Another router to be linked with.")] = None,
+    upstream: Annotated[str | None, typer.Option(metavar="ENDPOINT", help="Another router to link with.")] = None,
     keys: KeysOption = None,
     leash: LeashOption = False,
 ) -> None:
-    """Serve as the router that all processes of a match connect to. With keys, it lets only seats in."""
+    """Serve as the router that all processes of a match connect to. With keys, it admits only seats."""
     at = endpoint or DEFAULT_ENDPOINT
     if match is None:
         if keys is not None:
             raise ConfigError(
-                f"expected the match file whose seats have the keys in {keys}, got none: `vrg node router "
-                f"match.toml --keys {keys}`; a router that lets everybody in needs neither --keys nor VRG_KEYS"
+                f"expected the match file whose seats have the keys in {keys}, got none: run `vrg node router "
+                f"match.toml --keys {keys}`; a router that admits everybody needs neither --keys nor VRG_KEYS"
             )
         exit_if_interrupted(serve_router(at, upstream=upstream, leash=leash))
         return
@@ -92,7 +92,7 @@ def player(
         str | None, typer.Option(help="Strategy in place of the match file's, such as mine.py:Mine.")
     ] = None,
 ) -> None:
-    """Run one player with its robot. A match that runs takes it in, if no other process plays for it."""
+    """Run one player with its robot. A running match accepts it unless another process already plays for it."""
     # A process with threads cannot be sealed, and the library of numpy, which reads match files, starts some.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _serve(PLAYER, on, name, strategy)
@@ -101,7 +101,7 @@ def player(
 def host() -> None:
     """Supervise processes of a match on this machine; `vrg play` starts it by ssh on the machines of a match."""
     if sys.stdin.isatty():
-        raise SystemExit("vrg node host is started by `vrg play` on the machines that a match file names")
+        raise SystemExit("`vrg play` starts vrg node host itself, on the machines that a match file names")
     import platformdirs  # only this process of them has a place of its own
 
     if not POSIX:
@@ -110,7 +110,7 @@ def host() -> None:
     from vrg.launch.remote.channel import Channel
     from vrg.launch.remote.wire import Frames, ToAgent
 
-    # What is printed by mistake goes to the log, and not between the frames.
+    # Text that is printed by mistake goes to the log, not between the frames.
     reader, writer = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -124,7 +124,7 @@ def host() -> None:
 def strategy() -> None:
     """Let the strategy of a player decide on this machine; `vrg play --lockstep` starts it by ssh."""
     if sys.stdin.isatty():
-        raise SystemExit("vrg node strategy is started by `vrg play --lockstep` on the machines of a match file")
+        raise SystemExit("`vrg play --lockstep` starts vrg node strategy itself, on the machines of a match file")
     start_with_named_variables()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process with threads cannot be sealed
     from vrg.playing.elsewhere import serve

@@ -130,7 +130,7 @@ def halt(on: DecisionOptions) -> None:
 
 @app.command()
 def resume(on: DecisionOptions) -> None:
-    """Go on after a halt."""
+    """Continue after a halt."""
     _decide(OfficialAction.RESUME, on)
 
 
@@ -143,7 +143,7 @@ def end(on: DecisionOptions) -> None:
 @app.command("set-score")
 def set_score(
     team: TeamArgument,
-    points: Annotated[int, typer.Argument(metavar="POINTS", help="Its score from now on.")],
+    points: Annotated[int, typer.Argument(metavar="POINTS", help="The team's new score.")],
     on: DecisionOptions,
 ) -> None:
     """Overrule the score of a team."""
@@ -184,9 +184,9 @@ def reinstate(player: PlayerArgument, on: DecisionOptions) -> None:
 
 @app.command()
 def place(player: PlayerArgument, on: DecisionOptions, pose: PoseOption = None) -> None:
-    """Tell where a physical robot has been put, so that it counts on from there; put a virtual one there.
+    """Say where a physical robot has been put, so that it continues from there; put a virtual one there.
 
-    Without --pose that is the player's mark.
+    Without --pose, the place is the player's mark.
     """
     value = None if pose is None else " ".join(f"{number:g}" for number in pose)
     _decide(OfficialAction.PLACE, on, player, value)
@@ -194,20 +194,20 @@ def place(player: PlayerArgument, on: DecisionOptions, pose: PoseOption = None) 
 
 @app.command()
 def recover(
-    player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="Whose robot; all if missing.")] = "all",
+    player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="The player whose robot recovers.")] = "all",
     on: DecisionOptions = _ANY,
 ) -> None:
-    """Let robots clear the faults that they have latched. Go on with `resume`."""
+    """Let robots clear the faults that they have latched. Then continue with `resume`."""
     _decide(OfficialAction.RECOVER, on, None if player == "all" else player)
 
 
 @app.command()
 def substitute(player: PlayerArgument, strategy: StrategyArgument, on: MatchOptions) -> None:
-    """Let a player go on with another strategy, or with the mended one. One that was disqualified plays again.
+    """Let a player continue with another strategy, or with a fixed one. A disqualified player plays again.
 
-    Its process is replaced. A player that is out because it has failed is back from the next round.
+    Its process is replaced. A player that is out because it failed returns in the next round.
     """
-    name, endpoint = own_match(on, f"let {player} play by {strategy}")
+    name, endpoint = own_match(on, f"let {player} play with {strategy}")
     from vrg.playing.trial import trial  # it loads what checks match files
 
     target = whole_target(strategy)
@@ -219,10 +219,10 @@ def substitute(player: PlayerArgument, strategy: StrategyArgument, on: MatchOpti
         launcher = Conversation(session, bus, mailbox, _SUBSTITUTING)
         request = SeatRequest(player=player, strategy=target, by=me(), id=number)
         mailbox.publish(bus.seat_request, request)
-        launcher.send("no `vrg play` runs it there; if its processes were started by hand, use `vrg node player`")
+        launcher.send("no `vrg play` runs it there: if its processes were started by hand, use `vrg node player`")
         answer = launcher.wait_for(lambda: next((a.body for a in answers.take() if a.body.id == number), None))
     if answer is None:
         raise BusError(f"the launcher of match {name} did not answer within {_SUBSTITUTING:g} s")
     if answer.refused is not None:
         raise ConfigError([answer.refused])
-    typer.echo(f"{name}: {player} plays by {strategy} now")
+    typer.echo(f"{name}: {player} now plays with {strategy}")

@@ -83,11 +83,11 @@ MatchArgument = Annotated[
     str | None,
     typer.Argument(
         metavar="[MATCH]",
-        help="The running match: its name, match file, game or run folder. Without it, what runs here.",
+        help="The running match: its name, match file, game or run folder; the default is the one that runs here.",
     ),
 ]
 RouterOption = Annotated[
-    str | None, typer.Option("--router", metavar="ENDPOINT", help="Its router, such as tcp/192.168.1.5:7447.")
+    str | None, typer.Option("--router", metavar="ENDPOINT", help="The match's router, such as tcp/192.168.1.5:7447.")
 ]
 KEYS_VARIABLE = "VRG_KEYS"
 """The variable that may name the folder of the keys in place of --keys."""
@@ -97,13 +97,13 @@ KeysOption = Annotated[
 ]
 MatchKeysOption = Annotated[
     Path | None,
-    typer.Option("--keys", help=f"Folder of the keys of the match's seats; without it, its own, or {KEYS_VARIABLE}."),
+    typer.Option("--keys", help=f"Folder of the keys of the match's seats; by default its own, or {KEYS_VARIABLE}."),
 ]
 """For a match that runs: what was typed stands above what the match has recorded, and the variable below."""
 ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="The reason, for the journal.")]
 RunArgument = Annotated[
     Path | None,
-    typer.Argument(metavar="[RUN]", help="A run folder, or its name in the folder runs. Without it, the newest."),
+    typer.Argument(metavar="[RUN]", help="A run folder, or its name in the folder runs; the default is the newest."),
 ]
 RunsOption = Annotated[Path, typer.Option("--runs", help="Folder of the run folders.")]
 RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to write to.")]
@@ -132,16 +132,16 @@ SealedOption = Annotated[
 AtOption = Annotated[float | None, typer.Option("--at", metavar=TIME, parser=duration(), help="The match time.")]
 PoseOption = Annotated[
     tuple[float, float, float] | None,
-    typer.Option("--pose", metavar="X Y HEADING", help="Where it stands, in m and degrees; its own place if missing."),
+    typer.Option("--pose", metavar="X Y HEADING", help="Where the robot stands, in m and degrees."),
 ]
 ListenOption = Annotated[
     str | None,
     typer.Option(
-        "--listen", metavar="HOST[:PORT]", help="The address it is served at; 0.0.0.0 is for all, this machine if none."
+        "--listen", metavar="HOST[:PORT]", help="Address to serve at: 0.0.0.0 for all; by default this machine only."
     ),
 ]
 TlsOption = Annotated[
-    bool, typer.Option("--tls", help="Serve the page by https, with a certificate that browsers warn of once.")
+    bool, typer.Option("--tls", help="Serve the page over https, with a certificate that browsers warn about once.")
 ]
 OutputOption = Annotated[Path | None, typer.Option("--output", "-o", help="File or folder to write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
@@ -236,7 +236,7 @@ def no_window() -> str | None:
     try:
         from vrg.ui.window.window import display_available  # without a screen the window library is not loaded
     except ImportError as error:
-        return f"pygame, which draws windows, cannot be imported: {error}: install it anew, or {instead}"
+        return f"pygame, which draws windows, cannot be imported: {error}: install it again, or {instead}"
     return None if display_available() else f"no screen answers{screen and f' at {screen}'}: {instead}"
 
 

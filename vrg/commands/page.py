@@ -47,12 +47,12 @@ EVERYWHERE = "0.0.0.0"
 """The address to listen on for all other machines."""
 _SPECIAL = (
     (
-        "of Docker or a virtual machine: other machines do not reach it",
+        "of Docker or a virtual machine: other machines cannot reach it",
         ("docker", "br-", "veth", "virbr", "vmnet", "vmware", "vboxnet", "virtualbox", "lxc", "podman", "cni"),
     ),
-    ("of a VPN: only machines within it reach it", ("tun", "tap", "wg", "tailscale", "zt", "ppp", "utun", "ipsec")),
+    ("of a VPN: only machines in it can reach it", ("tun", "tap", "wg", "tailscale", "zt", "ppp", "utun", "ipsec")),
 )
-"""What is to be said of an interface, by how its name begins."""
+"""Remarks on network interfaces, by the beginning of their names."""
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
@@ -202,7 +202,7 @@ def known_page(keys: Path) -> Admission | None:
             validity(page.certificate.encode())
             tls_context(page.certificate, page.private_key)
     except (OSError, ValueError) as error:
-        raise ConfigError(f"{file}: {what}{error}: remove it, and print new links by `vrg keys sheet`") from None
+        raise ConfigError(f"{file}: {what}{error}: remove it, and print new links with `vrg keys sheet`") from None
     return page
 
 
@@ -231,7 +231,7 @@ def print_links(page: Admission, console: Console, drawer: str = "") -> None:
         )
     if page.certificate:
         console.print(
-            "browsers warn that they do not know the certificate of the page: go on if its SHA-256 fingerprint is "
+            "browsers warn that they do not know the certificate of the page: continue if its SHA-256 fingerprint is "
             f"{fingerprint(page.certificate)}",
             soft_wrap=True,
         )

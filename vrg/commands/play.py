@@ -37,7 +37,7 @@ def check(match: GameArgument) -> None:
     book = rulebook_of(setup)
     rounds = "1 round" if book.rounds == 1 else f"{book.rounds} rounds"
     players = "1 player" if len(setup.players) == 1 else f"{len(setup.players)} players"
-    typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
+    typer.echo(f"{match}: can be played: {setup.game}, {players}, {rounds}, map {setup.map}")
     for remark in unverified_properties(setup):
         typer.echo(f"not proved: {remark}")
     for note in filter(None, (idle_machines(setup), untried(), *undriven(setup), _unwritten(setup))):

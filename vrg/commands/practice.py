@@ -25,14 +25,14 @@ def practice(
     strategy: Annotated[
         str | None,
         typer.Argument(
-            metavar="[STRATEGY]", help="What they play by, such as mine.py:Mine. Without it you drive them."
+            metavar="[STRATEGY]", help="The robots' strategy, such as mine.py:Mine. Without it, you drive them."
         ),
     ] = None,
     map_: Annotated[str, typer.Option("--map", help="A map's name, or the path of its file.")] = "courtyard",
     robots: Annotated[int, typer.Option(min=1, max=32, help="How many.")] = 1,
     model: Annotated[str, typer.Option(help="The model of the robots.")] = "P2AT",
     pose: PoseOption = None,
-    seconds: Annotated[float | None, lasting("How long; until Ctrl-C if missing, 60 s in one process.", 1)] = None,
+    seconds: Annotated[float | None, lasting("How long; by default until Ctrl-C, or 60 s in one process.", 1)] = None,
 ) -> None:
     """Try a player on a map, without a referee's judgement. In the window TAB and the arrow keys drive a robot by hand.
 
@@ -58,7 +58,7 @@ def practice(
         if target is None and not options.steps and not options.headless:
             typer.echo("in the window M and the arrow keys drive the robot by hand; ? lists all keys")
         if not lasting:
-            typer.echo("the practice has no end: Ctrl-C ends it, and --for 60 would after 60 s")
+            typer.echo("the practice has no time limit: Ctrl-C ends it, and --for 60 would end it after 60 s")
         play_match(str(file), PlayOptions(**vars(options)), server, base=Path.cwd())
 
 

@@ -42,11 +42,11 @@ PICTURE_TIMEOUT = 10.0
 def sensors(
     player: PlayerArgument,
     on: MatchOptions,
-    seconds: Annotated[float | None, lasting("Show one table after so long, and end.", 0.5)] = None,
+    seconds: Annotated[float | None, lasting("Show one table after this time, and end.", 0.5)] = None,
 ) -> None:
-    """Show what the sensors of a robot measure now: those that the world simulates. Ends with the match.
+    """Show what the sensors of a robot measure now: those that the world simulates. The command ends with the match.
 
-    Where the output is no terminal, each reading is a line, or the table comes once after --for.
+    If the output is not a terminal, each reading is a line, or with --for, one table is printed.
     """
     found, console = attached(on), make_console()
     watched, now, hinted = Watched(), 0.0, False
@@ -145,6 +145,6 @@ def _picture(session: Session, keys: Keys, robot: str, stop: Stop) -> tuple[floa
     if stop.is_set():
         return None
     raise BusError(
-        f"{robot}: no picture of its camera within {PICTURE_TIMEOUT:g} s: has its model a camera, and does the clock "
-        "run? `vrg topic list` shows what there is"
+        f"{robot}: no picture from its camera within {PICTURE_TIMEOUT:g} s: does its model have a camera, and does the "
+        "clock run? `vrg topic list` shows what there is"
     )

@@ -58,11 +58,11 @@ def open_window(on: MatchOptions, kind: Kind, name: str = "", run: Path | None =
     try:
         found.serve(kind, name, run=run or found.run)
     except DuplicateNodeError:
-        raise LaunchError(f"the {kind.named} {name} has such a window already, and only one at a time") from None
+        raise LaunchError(f"the {kind.named} {name} has such a window already; it can have only one") from None
 
 
 def processes(on: MatchOptions) -> None:
-    """Show the processes of a match on all its machines, until Ctrl-C; once, where the output is no terminal."""
+    """Show the processes of a match on all its machines, until Ctrl-C; once if the output is not a terminal."""
     from vrg.ui.processes import ProcessTable
 
     name, endpoint = which_match(on)
@@ -72,7 +72,7 @@ def processes(on: MatchOptions) -> None:
 
 
 def diagram(player: PlayerArgument, match: MatchArgument = None, router: RouterOption = None) -> None:
-    """Print the statechart of a player as Mermaid. MATCH may also be a match file, or a game, that does not run."""
+    """Print the statechart of a player as Mermaid. MATCH may also be a match file, or a game, that is not running."""
     from vrg.agents.charon import mermaid
     from vrg.launch.strategy_class import strategy_of
 
@@ -80,5 +80,5 @@ def diagram(player: PlayerArgument, match: MatchArgument = None, router: RouterO
     strategy = strategy_of(setup, player)
     agent = getattr(strategy, "agent", None)
     if agent is None:
-        raise typer.BadParameter(f"{player}'s strategy, {type(strategy).__name__}, is no automaton")
+        raise typer.BadParameter(f"{player}'s strategy, {type(strategy).__name__}, is not an automaton")
     typer.echo(mermaid(agent()), nl=False)

@@ -138,12 +138,12 @@ def echo(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json:
 
 @app.command()
 def hz(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json: JsonOption = False) -> None:
-    """Measure how often messages come, in real time, each second: a line for each key."""
+    """Measure each second how often messages arrive, in real time: a line for each key."""
     keys, endpoint = _bus(on)
     expression = _full_key(keys, key)
     times: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=10_000))
     if "*" not in expression:
-        times[expression]  # a key of its own is told of before anything has come
+        times[expression]  # a single key is shown before anything has come
 
     def arrived(key: str, _payload: bytes) -> None:
         if key_matches(expression, key):

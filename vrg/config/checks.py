@@ -39,7 +39,7 @@ def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Probl
         if process not in others:
             text = expected_one_of(others, process)
             if process in [player.name for player in file.players]:
-                text = f"write `machine = {machine!r}` into the table of the player {process} in place of this"
+                text = f"write `machine = {machine!r}` into the table of the player {process} instead of this"
             found.append(Problem(text, ("place", process)))
         if machine not in known:
             found.append(Problem(expected_one_of(known, machine), ("place", process)))

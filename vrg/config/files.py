@@ -180,7 +180,7 @@ class Machine(FileTable, frozen=True, kw_only=True):
         str,
         _word(
             r"[A-Za-z0-9_]\S*",
-            "what you type after `ssh`, such as robot@lab2.local; its port and other options belong into ~/.ssh/config",
+            "what you type after `ssh`, such as robot@lab2.local; its port and other options belong in ~/.ssh/config",
         ),
     ] = ""
     address: Annotated[str, Constraint(check_host)] | None = None
@@ -273,7 +273,7 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
         sensors: numbers of the robots' sensors, in place of those of the robots' models. Each kind of sensor has a
             table, such as `[sensors.laser]`, with fields of its spec: `noise = 0.03`, `drop_out = 0.1`. It holds for
             every robot that has such a sensor. `[players.sensors.laser]` below a player holds for that player's robot
-            alone. Of a physical robot, only the sensors that the world simulates change.
+            alone. For a physical robot, only the sensors that the world simulates change.
         backends: the settings of the backends that have any, by name.
         localisation: the sources of fixes, by names of their own, each with its kind and settings:
             `[localisation.overhead]`, `source = "sim"`, `rate = 15.0`.

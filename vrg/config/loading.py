@@ -162,7 +162,7 @@ def idle_machines(setup: CheckedMatch) -> str:
     if not setup.idle:
         return ""
     names = ", ".join(setup.idle)
-    return f"nothing runs on {names}: name it as the `machine` of a player or in [place], or take its table out"
+    return f"nothing runs on {names}: name it as the `machine` of a player or in [place], or remove its table"
 
 
 def unverified_properties(setup: MatchSetup) -> list[str]:

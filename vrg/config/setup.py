@@ -71,7 +71,7 @@ class PlayerSetup(PlayerEntry, frozen=True, kw_only=True):
     def robot(self) -> RobotModel:
         """The description of its robot, with the settings of its sensors in this match.
 
-        Of a physical robot, settings change only the sensors that the world simulates for it.
+        For a physical robot, settings change only the sensors that the world simulates.
         """
         model = robot_model(self.model)
         kinds = {spec.kind for spec in model.sensors if spec.synthesised or not self.physical}
@@ -149,7 +149,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
 
     @property
     def has_seats(self) -> bool:
-        """True if only processes with keys are let into the match."""
+        """True if only processes with keys are admitted to the match."""
         return bool(self.hosts) if self.seats is None else self.seats
 
     def sandboxed(self, name: str, *, seats: bool) -> bool:
@@ -285,7 +285,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
 
 
 def unknown_match(name: str) -> MatchSetup:
-    """What is known of a match of which only its name is: no robots, and no obstacles."""
+    """The set-up of a match of which only the name is known: no robots, and no obstacles."""
     return MatchSetup(name=name, game="", map="", rules={}, players=(), companions=[], origin="", base="")
 
 

@@ -44,7 +44,7 @@ def auctioned(state: S, offers: Sequence[Offer], clock: float) -> tuple[S, list[
         the new state, and the reasons why bids were refused, in words.
     """
     auctions, refused = {lot: _of_bidders(state, auction) for lot, auction in state.auctions.items()}, []
-    # What is given back can be bid for at the same instant, in any order of arrival.
+    # A lot that is given back can be bid for at the same instant, in any order of arrival.
     for offer in sorted(offers, key=lambda offer: not _gives_back(auctions, offer)):
         auction = auctions.get(offer.lot)
         why = _refusal(auctions, offer)

@@ -71,7 +71,7 @@ class Coordinator(Node):
     Args:
         mailbox: the node's own mailbox. keys: the keys of the match.
         book: the rule book.
-        journal: the open journal, or one that keeps nothing. If it has a standing, the match goes on from there, in
+        journal: the open journal, or one that keeps nothing. If it has a standing, the match continues from there, in
             HALT.
         driver: works out how robots are driven that the rules want to be driven.
         sight: how far a team sees from each of its robots, m; None if everybody sees everybody.
@@ -157,7 +157,7 @@ class Coordinator(Node):
         if self._record(tick.time, [o for o in outcomes if o]):
             self._state = self._with_driven(self.match.state(self._field, self._estop), tick.time)
         elif self.match.halted is not None or tick.time - self._up_to_date > DISK_TIMEOUT:
-            # What is not on disk is not published. The last state is published instead, as halted.
+            # A decision that is not on disk is not published. The last state is published instead, as halted.
             self._state = _held(self._state, self.match.halted or "the journal waits for the disk")
         self._publish()
 
@@ -231,7 +231,7 @@ class Coordinator(Node):
             return Effects()
         since, self._world = self._world, (clock.body.epoch, clock.body.tick)
         if since is not None and (since[0] != clock.body.epoch or since[1] > clock.body.tick):
-            return self._apply(Halted("the world was restarted and goes on from its snapshot"))
+            return self._apply(Halted("the world was restarted and continues from its snapshot"))
         return Effects()
 
     def _adopt_estop(self, tick: Tick) -> Effects:
@@ -277,11 +277,11 @@ class Coordinator(Node):
         return [*reasons, *needed, *passing]
 
     def _stale(self, tick: Tick) -> str | None:
-        """That the poses are too old to judge by, in words; None if they are not."""
+        """Says that the poses are too old to judge by; None if they are not."""
         # A world that runs as fast as possible may be a hundred times as fast as real time.
         limit = POSE_TIMEOUT if self._field.physical else STALL_TICKS * PERIOD * max(1.0, self._rate or 100.0)
         age = tick.time - self._field.time
-        return f"no poses come: the newest are older than {limit:g} s" if self._bodies and age > limit else None
+        return f"no poses arrive: the newest are older than {limit:g} s" if self._bodies and age > limit else None
 
     @property
     def _rate(self) -> float:

@@ -100,7 +100,7 @@ def _take_out(match: Match, official: Official, now: Observation, who: str) -> E
     """
     name = _player(match, official.subject or "")
     if official.action is OfficialAction.REINSTATE:
-        outcome, wrong = match.reinstate(name, now), f"{name} is not disqualified, or will play again already"
+        outcome, wrong = match.reinstate(name, now), f"{name} is not disqualified, or will already play again"
     elif official.value == FAILED:
         outcome, wrong = match.disqualify(name, official.reason, now), f"{name} is disqualified already"
     else:
@@ -127,7 +127,7 @@ def _place(match: Match, official: Official, now: Observation, who: str, silent:
         at = "somewhere"  # not everybody may know where
     physical = name in now.physical
     if physical and name in silent:
-        raise ConfigError(f"{name} does not report, so its robot cannot take it in: ask again when it does")
+        raise ConfigError(f"{name} does not report, so its robot cannot take the pose: try again when it does")
     if physical and (why := match.no_room(name, pose)):
         raise ConfigError(f"{name}: {why}")
     verb = "stands" if physical else "is put"

@@ -157,7 +157,7 @@ class TickEvidence(Struct, frozen=True, array_like=True):
 
     @property
     def anew(self) -> bool:
-        """Whether it goes on from a standing of its own: what was decided since the tick before may be missing."""
+        """Whether it continues from a standing of its own: what was decided since the tick before may be missing."""
         return self.began is not None or self.resumed is not None
 
 
@@ -278,7 +278,7 @@ class EvidenceFile:
             self._written = digest
             self._recorded = None
             if self.gap:
-                log.warning("%s: is written again: what was decided meanwhile cannot be judged again", self._path)
+                log.warning("%s: can be written again: decisions made meanwhile cannot be judged again", self._path)
             self.gap = False
             return
         if self._recorded is not None:
@@ -335,7 +335,7 @@ def read_evidence(path: Path, damage: list[str] | None = None) -> Iterator[Exhib
 
 
 def resumed(match: Match) -> Resumed:
-    """The entry with which the evidence of a match goes on. The match goes on from it, too, as one that is judged does.
+    """The entry with which the evidence of a match goes on. The match continues from it, too, as a judged one does.
 
     So a difference that a file makes, such as the order of names, is one for both.
     """
@@ -415,7 +415,7 @@ class _Piece:
 def _pieces(file: BinaryIO) -> Iterator[_Piece]:
     """The ticks in a file, up to the first that is torn or damaged.
 
-    Those whose digests do not fit count if a later one goes on from them, or if they are whole up to the end of the
+    Those whose digests do not fit count if a later one continues from them, or if they are whole up to the end of the
     file: somebody has changed them later.
     """
     before, end = _START, 0

@@ -90,9 +90,9 @@ class Journal:
     """The journal of one match, locked against a second coordinator.
 
     Args:
-        path: the path of the file. If it is missing, it is made; if it is there, the match goes on from it.
+        path: the path of the file. If it is missing, it is made; if it is there, the match continues from it.
         header: the first line that the journal must have.
-        aside: True writes in a thread of its own; False writes at once, so that every run does the same.
+        aside: True writes in its own thread; False writes at once, so that every run does the same.
 
     Raises:
         JournalError: the file is of another match, damaged, locked by another process, or cannot be opened or written.
@@ -144,7 +144,7 @@ class Journal:
 
     @property
     def standing(self) -> Checkpoint | None:
-        """The standing to go on from, with the clock of the newest tick; None in a new journal."""
+        """The standing to continue from, with the clock of the newest tick; None in a new journal."""
         if self.last is None:
             return None
         os.lseek(self._clock, 0, os.SEEK_SET)
@@ -290,7 +290,7 @@ class Journal:
 class NoJournal:
     """Stands for the journal of a match that is played for practice alone: it keeps nothing.
 
-    Such a match cannot be taken up again after a crash, nor be judged again. `Journal` documents its methods.
+    Such a match cannot be continued after a crash, nor be judged again. `Journal` documents its methods.
     """
 
     standing: Checkpoint | None = None

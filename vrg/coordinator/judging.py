@@ -61,7 +61,7 @@ def judge_again(
 ) -> Judgement:
     """Judge a match again.
 
-    After a disagreement it goes on from the journal, so that each mistake is reported once.
+    After a disagreement it continues from the journal, so that each mistake is reported once.
 
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
@@ -74,7 +74,7 @@ def judge_again(
     except JournalError:
         raise
     except Exception as error:  # the rules of any game, on numbers that anybody may have changed
-        what = f"the rules cannot go on from the journal or the evidence: {type(error).__name__}: {error}"
+        what = f"the rules cannot continue from the journal or the evidence: {type(error).__name__}: {error}"
         judge.found.append(Disagreement(judge.since, what))
     unjudged = judge.unjudged + sum(len(record.calls) for record in judge.left)
     found = sorted(judge.found, key=lambda d: d.time)
@@ -112,7 +112,7 @@ class _Judge:
             self.found += [Disagreement(lost[-1].time, what) for what in _left_behind(tick, lost[-1].standing)]
         self.since = tick.time
         if not exhibit.genuine:
-            self._find(tick.time, "the evidence of this tick was changed after it was written, or one before it")
+            self._find(tick.time, "the evidence of this tick, or of an earlier one, was changed after it was written")
         self._outcomes = made if tick.anew else [*self._outcomes, *made]
         if following is not None and following.tick.after == after:
             return
@@ -134,7 +134,7 @@ class _Judge:
         self.compared += len(record.calls)
         if self._chained and record.evidence not in ("", exhibit.digest):
             self._chained = False  # what follows has other digests, too
-            self._find(tick.time, "the evidence up to here is not that of this journal")
+            self._find(tick.time, "the evidence up to here does not belong to this journal")
         if record.time < tick.time - TINY or (
             # Where the world steps back after it, the next look tells nothing.
             following is not None and record.time - TINY > following.tick.time >= tick.time
@@ -181,7 +181,7 @@ def cases_of(
     before = Observation({})
     for exhibit, following, match, state, _ in replayed(book, exhibits, later):
         tick = exhibit.tick
-        # Who was put somewhere or pushed away is judged elsewhere than on its way.
+        # A robot that was put somewhere or pushed away is not judged on its way.
         seen = match.judged or (before if before.poses else tick.field, tick.field)
         decided = following is None or following.tick.after > tick.after
         record = numbered.get(tick.after + 1)
@@ -254,8 +254,8 @@ def _left_behind(tick: TickEvidence, theirs: Checkpoint) -> list[str]:
     if tick.resumed is not None:
         return _standings(_called(tick.resumed.standing, theirs), theirs)
     if tick.began is None or tick.began.standing is None:
-        return ["the evidence goes on without a standing"]
-    # The next coordinator goes on from the record, with the clock of the newest tick.
+        return ["the evidence continues without a standing"]
+    # The next coordinator continues from the record, with the clock of the newest tick.
     clocks = {name: getattr(theirs, name) for name in ("clock", "total", "in_stage")}
     return _standings(structs.replace(tick.began.standing, **clocks), theirs)
 
@@ -292,7 +292,7 @@ def _standings(ours: Checkpoint, theirs: Checkpoint) -> list[str]:
     for before, after in ((mine, its), (mine["game"], its["game"])):
         for name in before:
             if name == "halted" and None not in (before[name], after.get(name)):
-                continue  # why it is halted is told in words
+                continue  # why it is halted is given in words
             if name != "game" and before[name] != after.get(name):
                 return [f"{name} is {after.get(name)!r} in the journal, by the rules {before[name]!r}"]
     return []

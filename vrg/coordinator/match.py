@@ -68,7 +68,7 @@ class Match:
 
     Args:
         book: the rule book.
-        standing: the standing to go on from; None for a new match. A match that goes on begins in HALT.
+        standing: the standing to continue from; None for a new match. A match that goes on begins in HALT.
 
     Attributes:
         names: the names of the players.
@@ -347,7 +347,7 @@ class Match:
         if physical:
             texts.append(
                 f"not on their marks after {self.in_stage:.0f} s: {', '.join(physical)}; drive them there by hand, or "
-                f"carry each there, and an official confirms its place"
+                f"carry each there, and let an official confirm its place"
             )
         return Effects([Call(rule="placed" if virtual else "late", text="; ".join(texts))], place=virtual)
 
@@ -403,7 +403,7 @@ class Match:
 
 
 def won(team: str) -> str:
-    """That a team has won, in words: `sharks win`, but `lion wins`."""
+    """Says that a team has won: `sharks win`, but `lion wins`."""
     return f"{team} {wins(team)}"
 
 
@@ -411,7 +411,7 @@ def state_after(book: RuleBook[Any], standing: Checkpoint | None) -> RefereeStat
     """The state of a match that has ended with a standing of its journal, which anybody may have changed.
 
     Raises:
-        JournalError: the rules cannot go on from it.
+        JournalError: the rules cannot continue from it.
     """
     try:
         return Match(book, standing).state(Observation({}), estop=False)

@@ -48,7 +48,7 @@ def judged_at(
     """The players that are judged where they stood when they were pushed, and the two observations by which play is
     judged.
 
-    That ends as soon as no opponent pushes it and the rules have nothing against where it is, or after PUSH_GRACE.
+    This ends as soon as no opponent pushes it and the rules allow its place, or after PUSH_GRACE.
 
     Args:
         put: the players that were put where they are now. before, now: the fields at the look before, and now.

@@ -1,7 +1,7 @@
 """The base class of the rule books of all games: objects that judge a field. They use no bus, no clock and no files.
 
 A rule book remembers nothing itself. Its whole memory is one frozen state that is passed in and returned, so that it
-can be written to the journal and another process can go on from it.
+can be written to the journal and another process can continue from it.
 """
 
 import math
@@ -82,7 +82,7 @@ class GameState(Struct, frozen=True, kw_only=True):
         return [name for name, state in self.states.items() if state in states and name not in self.disqualified]
 
     def with_points(self, team: str, points: int) -> Self:
-        """The same, but with so many points of a team."""
+        """The same, but with this many points of a team."""
         return structs.replace(self, points={**self.points, team: points})
 
 

@@ -72,7 +72,7 @@ def is_strategy_file(strategy: str) -> bool:
     It is True also where the plug-in of VRG that reads the file is not installed; see `unreadable`.
     """
     ending = Path(strategy).suffix[1:]
-    # That of `file.py:Class` is none; to look for it would read the metadata of every installed package.
+    # `file.py:Class` has no such ending; looking for it would read the metadata of every installed package.
     if not ending or ":" in ending:
         return False
     return installed_by(STRATEGY_FILES.group, ending) is not None or ending in STRATEGY_FILES

@@ -109,7 +109,7 @@ COMMON_RULES: Mapping[str, RuleText] = {
     "overruled": RuleText("An official may set a score, a role or a state.", "thesis 3.2"),
     "refused": RuleText("What cannot be done now is refused, with the reason."),
     "recover": RuleText("An official asks robots to clear the faults that they have latched."),
-    "place": RuleText("An official puts a virtual robot somewhere, or tells where a physical one stands."),
+    "place": RuleText("An official puts a virtual robot somewhere, or says where a physical one stands."),
     "placed": RuleText("Virtual robots that are late for the round are put on their marks."),
     "late": RuleText("A physical robot that is late for the round must be carried to its mark."),
     "game_over": RuleText("The game ends when the rules of the game say so.", "thesis, Algorithm 3.1"),
@@ -222,7 +222,7 @@ class Game:
         return self.style(first)
 
     def counted(self, team: str, points: int = 0) -> str:
-        """The words for what so many points of a team count, without their number; empty if there are none."""
+        """The words for what this many points of a team count, without their number; empty if there are none."""
         return self.score_words.get(team, "").format(s="" if points == 1 else "s")
 
     def load_settings(self) -> "type[Table]":

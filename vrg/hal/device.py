@@ -277,7 +277,7 @@ class Device:
         return self._recovery is not None and self._recovery.is_alive()
 
     def _recover(self) -> None:
-        """Let the driver recover if the referee asks for it, in a thread of its own, because a tick must not wait."""
+        """Let the driver recover if the referee asks for it, in its own thread, because a tick must not wait."""
         self._asked_to_recover |= bool(self._recovers.take())
         if self._asked_to_recover and not self._is_recovering:
             self._asked_to_recover = False

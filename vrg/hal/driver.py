@@ -2,8 +2,8 @@
 
     features -> connect() -> arm() -> drive() / read() ... -> stop() -> disarm() -> close()
 
-A driver knows no bus, no keys and no match. What the match demands of a robot is enforced by the device
-(vrg.hal.device), which is written once for all drivers. Commands come one at a time; `emergency_stop` may come from
+A driver knows no bus, no keys and no match. The device (vrg.hal.device), which is written once for all drivers,
+enforces what the match demands of a robot. Commands come one at a time; `emergency_stop` may come from
 another thread than the others, and also while the driver reads. `recover` may take long, and has a thread of its own.
 """
 
@@ -53,8 +53,8 @@ class Driver(ABC):
     Attributes:
         physical: True if the robot is a physical one, which a person must carry to its place.
         settings: the class that checks the backend's own table in a match file; None where the backend has no table.
-        measures: the kinds of sensors that the driver reads itself. Of the other sensors of the model, the world
-            simulates those that it can simulate from the robot's pose.
+        measures: the kinds of sensors that the driver reads itself. The world simulates those other sensors of the
+            model that it can simulate from the robot's pose.
     """
 
     physical: ClassVar[bool] = True
@@ -109,7 +109,7 @@ class Driver(ABC):
         """Stop, and let the motors accept no command until the robot is armed again. Idempotent."""
 
     def emergency_stop(self) -> None:
-        """Disarm in the fastest way possible. Called as soon as the order to stop arrives, on a thread of its own."""
+        """Disarm in the fastest way possible. Called as soon as the order to stop arrives, on its own thread."""
         self.disarm()
 
     def release(self) -> None:  # noqa: B027 - not every robot latches its emergency stop

@@ -46,8 +46,8 @@ class Location:
     """Finds where one robot is on the map.
 
     With odometry it begins at the pose in the match file. A player that was restarted does not know how far its robot
-    has come, so it goes on from the pose where the world last saw the robot. If a person has put the robot somewhere
-    else, and an official has reported it, it goes on from there.
+    has come, so it continues from the pose where the world last saw the robot. If a person has put the robot somewhere
+    else, and an official has reported it, it continues from there.
 
     With fusion the centre publishes where the robot was a moment ago, and the odometry since then brings it up to now.
 

@@ -36,7 +36,7 @@ class Permission:
         self._closed: tuple[float, bool] | None = None
         """The match time for which it was last found out whether all are held, s, and the answer."""
         self._last: dict[str, tuple[Twist, float | None, Twist]] = {}
-        """Of each robot the motion that it was last to make, the referee's limit, and the motion within it."""
+        """For each robot: the motion that it was last to make, the referee's limit, and the motion within it."""
 
     def hear(self, at: float, state: RefereeState) -> None:
         """Take in a state of the referee, of match time `at`."""

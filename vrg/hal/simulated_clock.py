@@ -94,7 +94,7 @@ class _Ended(BaseException):
 
 
 class SimulatedTask:
-    """Work on a thread of its own, which runs only while the thread of the simulation waits for it.
+    """Work on its own thread, which runs only while the thread of the simulation waits for it.
 
     Args:
         clock: the time by which it waits. work: what is done. name: of the thread.

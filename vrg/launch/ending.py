@@ -47,7 +47,7 @@ def tell(error: BaseException, why: str, *, name: str) -> None:
 
 
 def told(stream: socket.socket | IO[bytes]) -> Ending | None:
-    """What a child that has ended has told over its leash; None if it has told nothing that makes sense."""
+    """What a child that has ended has reported over its leash; None if it has told nothing that makes sense."""
     if not isinstance(stream, socket.socket):
         return None
     try:

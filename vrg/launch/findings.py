@@ -34,7 +34,7 @@ def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:
     ]
     if sealed:
         lacking = missing()
-        found.append(Finding("sandbox", lacking is None, lacking or f"the players {', '.join(sealed)} can be sealed"))
+        found.append(Finding("sandbox", lacking is None, lacking or f"can be sandboxed: {', '.join(sealed)}"))
     for backend, settings, users in setup.backend_settings():
         robots = [name for name in users if name in here]
         if robots:
@@ -65,7 +65,7 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
             command, capture_output=True, text=True, timeout=_COMMAND_TIMEOUT, check=False, stdin=subprocess.DEVNULL
         )
     except subprocess.TimeoutExpired:
-        return subprocess.CompletedProcess(command, 1, "", f"it has not ended within {_COMMAND_TIMEOUT:g} s")
+        return subprocess.CompletedProcess(command, 1, "", f"it did not finish within {_COMMAND_TIMEOUT:g} s")
 
 
 def _last_lines(text: str) -> str:

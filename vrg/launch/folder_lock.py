@@ -84,7 +84,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
 def owned(folder: Path, mode: int = 0o777) -> Iterator[None]:
     """Own a folder, which is made, together with the programs that this process starts with its inheritable files.
 
-    What an owner that was killed has started is waited for.
+    It waits for processes that a killed owner has started.
 
     Args:
         mode: of a new folder.

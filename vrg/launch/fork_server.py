@@ -64,7 +64,7 @@ class Child(ABC):
         """
         if not isinstance(self.stream, socket.socket):
             self.kill()
-            raise LaunchError("strategies and games in processes that answer need Linux or macOS")
+            raise LaunchError("strategies and games in processes of their own need Linux or macOS")
         return self.stream.detach()
 
     @abstractmethod
@@ -80,7 +80,7 @@ class Child(ABC):
         self.send_signal(signal.SIGKILL)
 
     def wait(self, timeout: float) -> bool:
-        """Wait at most so many seconds for its end; whether it has ended."""
+        """Wait at most this many seconds for its end; whether it has ended."""
         deadline = time.monotonic() + timeout
         while self.poll() is None and time.monotonic() < deadline:
             self.rest()
@@ -358,12 +358,12 @@ class _Forked(Child):
             time.sleep(_LOOK / 10)  # the server has not reported it yet
 
     def _gone(self, patience: float = 0.0) -> bool:
-        """True if it has ended; waits at most so many seconds for it."""
+        """True if it has ended; waits at most this many seconds for it."""
         return self._handle < 0 or _readable(self._handle, patience)
 
 
 def _readable(file: int | socket.socket, patience: float) -> bool:
-    """Wait at most so many seconds until a file can be read. Unlike `select`, this takes more than 1,024 files."""
+    """Wait at most this many seconds until a file can be read. Unlike `select`, this takes more than 1,024 files."""
     waiting = select.poll()
     waiting.register(file, select.POLLIN)
     return bool(waiting.poll(1000 * patience))

@@ -16,11 +16,11 @@ CHECK_PERIOD = 1.0
 """The real time in s between two looks at what the processes use."""
 _PAGE_TABLES = re.compile(r"^VmPTE:\s+(\d+) kB", re.MULTILINE)
 _SLACK, _OWN = 1.25, 500
-"""A process may use this many times the memory that its strategy may use, and so many MB more."""
+"""A process may use this many times the memory that its strategy may use, and this many MB more."""
 
 
 class Greed:
-    """Looks regularly at what processes use, in a thread of its own: a folder may take long to look through.
+    """Looks regularly at what processes use, in its own thread: a folder may take long to look through.
 
     Args:
         memory: the most memory that a player's strategy may use, MB.

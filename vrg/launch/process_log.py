@@ -14,7 +14,7 @@ from vrg.types import printable
 LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 """The lines of what a process logs, as `logging` has it; `_WARNING` reads them."""
 MAX_LOG_SIZE = 5_000_000
-"""The size in bytes above which a log is moved to one with the ending `.1`, and begins anew."""
+"""The size in bytes above which a log is moved to one with the ending `.1`, and starts again."""
 FLOOD_SIZE = 20_000_000
 """The number of bytes within FLOOD_WINDOW that are too many for a player."""
 FLOOD_WINDOW = 60.0
@@ -32,7 +32,7 @@ class ProcessLog:
         path: the file.
 
     Attributes:
-        emptied: True once it was found shorter than before, although `grow` had not begun it anew: its process did it.
+        emptied: True once it was found shorter than before, although `grow` had not begun it again: its process did it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -70,7 +70,7 @@ class ProcessLog:
         return place_text(frames[0]["file"], frames[0]["line"], frames[0]["name"]) if frames else ""
 
     def grow(self, now: float) -> int:
-        """Look how much was written within FLOOD_WINDOW, bytes, and begin the file anew if it is too long.
+        """Look how much was written within FLOOD_WINDOW, bytes, and begin the file again if it is too long.
 
         Args:
             now: the monotonic time, s.

@@ -115,7 +115,7 @@ def serve(process: Process, setup: MatchSetup, *, leash: bool = False, secret: s
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
     Args:
-        process: what the node is; not the router. A world goes on from its snapshot in the run folder, and a
+        process: what the node is; not the router. A world continues from its snapshot in the run folder, and a
             coordinator from its journal, in HALT.
         leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
         secret: see `vrg.launch.context.NodeContext`.
@@ -259,7 +259,7 @@ def _hold_leash(stop: Stop) -> None:
 
 
 def held() -> bool:
-    """Wait a second, or until the leash is let go; return whether it is still held.
+    """Wait a second, or until the leash is released; return whether it is still held.
 
     On Windows the leash is a pipe, which cannot be waited for.
     """

@@ -93,7 +93,7 @@ class StartupProbe:
         if abs(used - self._worked) > _WORKS:
             self._idle, self._worked = 0.0, used
         if used > self._busy:
-            return f"has used {used:.0f} s of processor time and is not ready"
+            return f"has used {used:.0f} s of processor time but is not ready"
         if self._idle > IDLE_TIMEOUT:
             return f"is not ready and has done nothing for {IDLE_TIMEOUT:g} s"
         return None

@@ -72,7 +72,7 @@ def registered(match: RunningMatch) -> Iterator[None]:
         if POSIX:
             unfinished.replace(path)
     except OSError as error:
-        log.warning("commands will not find this match by themselves: %s", error)
+        log.warning("commands will not find this match automatically: %s", error)
     try:
         yield
     finally:
@@ -116,7 +116,7 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
         listed = "\n".join(f"  {m.match} --router {m.router}   ({m.run})" for m in found)
         raise ConfigError(f"several matches run on this machine; say which:\n{listed}")
     if match is None:
-        raise ConfigError("no match runs on this machine; one elsewhere needs its name and --router")
+        raise ConfigError("no match runs on this machine; for one elsewhere, give its name and --router")
     of_others = {m.router.partition("/")[2] for m in everywhere}
     if router is None and (default_router.partition("/")[2] in of_others or not _answers(default_router)):
         names = [m.match for m in everywhere]
@@ -140,7 +140,7 @@ def _answers(endpoint: str) -> bool:
 def gone(match: str, endpoint: str) -> Callable[[], bool]:
     """Make a function that returns True once a match that runs on this machine has ended; it looks once a second.
 
-    Of a match that runs elsewhere it is not known here.
+    For a match that runs elsewhere, this is not known.
     """
     launchers = {found.pid for found in running() if (found.match, found.router) == (match, endpoint)}
     looked, ended = time.monotonic(), False

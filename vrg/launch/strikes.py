@@ -1,4 +1,4 @@
-"""Counts the failures of a player until it is given up, in a process of its own or in a match in one process."""
+"""Counts the failures of a player until it is given up, in its own process or in a match in one process."""
 
 from collections import deque
 

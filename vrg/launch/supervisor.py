@@ -243,7 +243,7 @@ class Supervisor:
     def play(self, name: str, strategy: str) -> None:
         """Let a player of this machine play by another strategy, in a new process, once the present one has ended."""
         (process,) = (p for p in self.processes if p.spec.name == name and p.spec.plays)
-        self._notes.note(EventKind.REPLACED, name, f"plays by {strategy}")
+        self._notes.note(EventKind.REPLACED, name, f"plays with {strategy}")
         self._end(process, self._replaced(process, strategy))
 
     def _is_out(self, process: ManagedProcess) -> bool:
@@ -365,7 +365,7 @@ class Supervisor:
         elif process.spec.plays:
             self._vacate(process, f"it {'hangs again' if status == HUNG else 'fails too often'}: {what}")
         elif process.spec.essential:
-            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}")
+            raise LaunchError(f"{name} {how}, too often to continue:\n{process.log.last_words(LOG_TAIL)}")
         else:
             self.processes.remove(process)
             self._announce(f"{name} {how}, too often to start it again (log: {process.log.path})")
@@ -448,5 +448,5 @@ class Supervisor:
 
 def _how_it_ended(status: int | None) -> str:
     if status == UNKNOWN_STATUS:
-        return "has ended, it is not known how, because the fork server has died"
+        return "has ended in an unknown way, because the fork server died"
     return f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"

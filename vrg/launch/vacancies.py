@@ -111,7 +111,7 @@ class Vacancies:
         if request.player not in names:
             self._answer(request, f"PLAYER: {expected_one_of(names, request.player)}")
             return
-        self._announce(f"{request.player} is replaced: it plays by {request.strategy} (asked by {request.by})")
+        self._announce(f"{request.player} is replaced: it plays with {request.strategy} (asked by {request.by})")
         try:
             self._replace(request.player, request.strategy)
         except LaunchError as error:

@@ -69,7 +69,7 @@ class FusionCentre(Node):
     def tick(self, tick: Tick) -> None:
         """Take in what robots and sources have measured, and publish where each robot is that has moved on in time."""
         for placed in self._placed.take():
-            # An official enters where it was put; what its odometry errs by is learned anew.
+            # An official enters where it was put; what its odometry errs by is learned again.
             name = name_in(placed.key)
             self._estimators[name] = Estimator(placed.body.pose, self._noise[name])
         moved = set()
@@ -105,12 +105,12 @@ class FusionCentre(Node):
     def _count(self, name: str, verdict: FixFate) -> None:
         self._counts[name][verdict] += 1
         if verdict is FixFate.MOVED:
-            log.warning("%s is elsewhere than its odometry has it: it was pushed or carried", name)
+            log.warning("%s is not where its odometry places it: it was pushed or carried", name)
         elif verdict is FixFate.TURNED and self._counts[name][verdict] == 1:
             angle = self._estimators[name].turned or 0.0
             log.error(
-                "%s drives another way than it heads by its fixes, which are turned by %.0f degrees: it is located no "
-                "more; is its tag or its body turned (see docs/localisation.md), or a motor's direction wrong?",
+                "%s does not drive where it heads by its fixes, which are turned by %.0f degrees: it is no longer "
+                "located; is its tag or its body turned (see docs/localisation.md), or a motor's direction wrong?",
                 name,
                 math.degrees(angle),
             )

@@ -37,7 +37,7 @@ WAITING = 256
 AGREEING = 5
 """The number of refused fixes in a row, all of one place, after which the robot is taken to be there."""
 RESTART = 0.2
-"""The standard deviation of a robot's pose, m and rad, where its odometry has begun anew: it may have rolled on."""
+"""The standard deviation of a robot's pose, m and rad, where its odometry has started again: it may have rolled on."""
 JUMP = 0.3
 """The way in m by which an estimate may jump to such a place, as after a push; a robot that jumps further is lost."""
 TURNED = math.pi / 4
@@ -244,7 +244,7 @@ class Estimator:
         return FixFate.MOVED
 
     def _driven(self, state: _State, time: float, odometry: Pose) -> Pose | None:
-        """The way since a state by the odometry, in the frame of the robot then; None if the odometry began anew."""
+        """The way since a state by the odometry, in the frame of the robot then; None if the odometry began again."""
         return driven(state.odometry, odometry, time - state.time, self._noise.fastest)
 
     def _moved(self, state: _State, time: float, odometry: Pose) -> _State:

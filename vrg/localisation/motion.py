@@ -77,7 +77,7 @@ SLACK = 0.1
 
 
 def driven(before: Pose, after: Pose, seconds: float, fastest: float) -> Pose | None:
-    """The way from one pose by odometry to a later one, in the robot's frame then; None if the odometry began anew.
+    """The way from one pose by odometry to a later one, in the robot's frame then; None if the odometry began again.
 
     Args:
         seconds: the time between them. fastest: see `MotionNoise`.

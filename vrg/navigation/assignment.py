@@ -1,7 +1,7 @@
 """The assignment of rows to columns by the least sum of costs, for a few dozen of either.
 
 Shortest augmenting paths: D. F. Crouse, *On implementing 2D rectangular assignment algorithms*, IEEE Transactions on
-Aerospace and Electronic Systems 52 (2016), section II. Of equal sums the same one is taken always: that which
+Aerospace and Electronic Systems 52 (2016), section II. Among equal sums, the same one is always taken: that which
 `scipy.optimize.linear_sum_assignment` takes, too.
 """
 
@@ -46,7 +46,7 @@ def _columns(costs: Sequence[Sequence[float]]) -> list[int]:
                 cost = least + costs[at][column] - row_price[at] - column_price[column]
                 if cost < shortest[column]:
                     shortest[column], before[column] = cost, at
-                # Of equal ones a column that is free ends the path.
+                # Among equal ones, a free column ends the path.
                 if shortest[column] < nearest or (shortest[column] == nearest and row_of[column] is None):
                     nearest, best = shortest[column], place
             least, column = nearest, left[best]

@@ -187,7 +187,7 @@ class _Free:
         return self._region.contains(x, y) and not any(wall.contains(x, y) for wall in self._walls)
 
     def nearest(self, x: float, y: float) -> Vector:
-        """The nearest point of the region. What is in a wall counts as being there, so no way leads farther in."""
+        """The nearest point of the region. A place in a wall counts as being there, so no way leads farther in."""
         return self._region.nearest(x, y)
 
 

@@ -106,7 +106,7 @@ class SteppedStrategy(RemoteStrategy):
             self.close()
             raise missed.error
         if missed.asked:
-            # Of what it decided too late nothing was heard, also not that it failed, which is another line.
+            # Nothing was heard of a decision that came too late, nor of its failure, which is another line.
             self._noting = False
             with contextlib.suppress(BaseException):
                 self._decided(view)
@@ -153,7 +153,7 @@ class SpentStrategy(SteppedStrategy):
 
 
 class SubprocessStrategy(SteppedStrategy):
-    """The strategy of a player in a process of its own. It is asked, and fails, as if it were here.
+    """The strategy of a player in its own process. It is asked, and fails, as if it were here.
 
     What it prints goes to its log in the run folder. Its process begins at once; `made` waits for it.
 
@@ -270,7 +270,7 @@ class SubprocessStrategy(SteppedStrategy):
                 return
 
     def send(self, view: View) -> None:
-        """Send it a view, unless it still decides by an earlier one. That its process has ended `act` finds out."""
+        """Send it a view, unless it still decides by an earlier one. `act` finds out that its process has ended."""
         missed = self._missed(view)
         if missed is not None and (missed.failure or not missed.asked):
             return
@@ -284,7 +284,7 @@ class SubprocessStrategy(SteppedStrategy):
         if not self._asked:
             return
         if self._channel.backlog and not self._channel.closed:
-            self._end("it answers what it has not read")  # what waits for it must not become more and more
+            self._end("it answers questions that it has not read")  # what waits for it must not become more and more
         fields: dict[str, Any] = dict(vars(view))
         if view.robot is self._known:
             del fields["robot"], fields["obstacles"]  # the longest parts, and always the same
@@ -327,7 +327,7 @@ class SubprocessStrategy(SteppedStrategy):
             self._process.send_signal(signal.SIGUSR1)
 
     def _forfeited(self) -> None:
-        """Count a forfeited decision, and tell of it now and then."""
+        """Count a forfeited decision, and report it now and then."""
         self.forfeited += 1
         if self._now() - self._told > _TELL:
             self._told = self._now()
@@ -346,7 +346,7 @@ class SubprocessStrategy(SteppedStrategy):
             raise DecisionTimeoutError(self._hangs())
 
     def _hangs(self) -> str:
-        """That it hangs, in words, with the place where it was when it was asked last."""
+        """Says that it hangs, and where it was when it was asked last."""
         what, place = f"a decision may take {BUDGET:g} s", self._log.place(self._dumped)
         method = self._complaint.partition("{}")[0]
         return f"{method}{what} (it was at {place})" if place else str(self.complaint(what))
@@ -396,7 +396,7 @@ class SubprocessStrategy(SteppedStrategy):
         try:
             say = None if payload.say is None else msgspec.msgpack.decode(payload.say)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise self._end(f"it has answered what cannot be read: {error}") from None
+            raise self._end(f"it has sent an answer that cannot be read: {error}") from None
         v, w, side = answer.motion
         return Action(
             Twist(v, w, side) if side else Twist(v, w),  # so that it is told in the same words as elsewhere

@@ -45,11 +45,11 @@ def last_instant(folder: RunFolder) -> float:
     if folder.events.exists():
         raise LaunchError(
             f"{folder.path}: expected a match that was played in steps, with `vrg play --in-process` or `--lockstep`: "
-            "in one in real time it is not known at which instant each process heard what, so it cannot be repeated"
+            "a match in real time does not record when each process heard what, so it cannot be repeated"
         )
     last = _last_before(folder, math.inf)
     if last is None:
-        raise LaunchError(f"{folder.evidence}: expected what the referee decided by, found nothing")
+        raise LaunchError(f"{folder.evidence}: expected the referee's evidence, found none")
     return last.tick.time
 
 
@@ -69,7 +69,7 @@ def check_instant(of: RunFolder, instant: float) -> list[Change]:
         return []
     if instant < (last := before.changes[-1].time):
         text = f"expected a later instant, got {instant:g}; an earlier one is in {before.of}"
-        raise LaunchError(f"{of.path} was itself taken up at {last:.1f} s: {text}")
+        raise LaunchError(f"{of.path} was itself continued at {last:.1f} s: {text}")
     return before.changes
 
 
@@ -200,8 +200,8 @@ def play_on(
             if _digest_before(folder, instant) != known:
                 raise LaunchError(
                     f"{of.path} cannot be repeated: up to {instant:.1f} s the referee saw something else this time. "
-                    "Was a strategy or VRG changed since, or does a strategy read a clock, or draw without a seed? "
-                    "`vrg run repeat` tells where"
+                    "Has a strategy or VRG changed since, or does a strategy read a clock, or draw without a seed? "
+                    "`vrg run repeat` shows where"
                 )
         progress(time)
         return (stop is None or not stop.is_set()) and time < ended - TINY

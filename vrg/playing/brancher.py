@@ -1,4 +1,4 @@
-"""Takes a recorded match up in a process of its own, for the window of a replay."""
+"""Continues a recorded match in its own process, for the window of a replay."""
 
 import contextlib
 import os
@@ -52,7 +52,7 @@ class ReplayLine(Struct):
 
 
 def replay_line(line: bytes) -> ReplayLine:
-    """Read a line of `vrg run replay --json`. What a program has printed that a strategy starts tells nothing."""
+    """Read a line of `vrg run replay --json`. A line that another program has printed gives an empty one."""
     try:
         return msgspec.json.decode(line, type=ReplayLine)
     except (msgspec.DecodeError, UnicodeDecodeError):
@@ -60,7 +60,7 @@ def replay_line(line: bytes) -> ReplayLine:
 
 
 class ProcessBrancher:
-    """Takes a match up in a process of its own; see `vrg.ui.branching.Brancher`.
+    """Continues a match in its own process; see `vrg.ui.branching.Brancher`.
 
     Args:
         folder: the run folder of the recorded match. setup: of the match. runs: the folder for new run folders.

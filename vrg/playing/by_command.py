@@ -53,7 +53,7 @@ def play_file(file: Path, runs: Path, options: Sequence[str], stop: Stop | None 
         status = process.wait()
     new = sorted(run for run in runs.glob("*") if run.name not in before)
     if not new or not (new[-1] / "result.json").is_file():
-        raise LaunchError(f"{file}: the match did not come to its end (status {status})")
+        raise LaunchError(f"{file}: the match did not reach its end (status {status})")
     return Run(new[-1])
 
 

@@ -47,7 +47,7 @@ def prepare(launch: Launch, server: ForkServer) -> Launch:
     if "world" not in setup.place:
         check_installed(setup.engine)
         if not installed(BULLET) and any(player.camera for player in setup.players):
-            raise ConfigError(["camera = true: PyBullet, which draws the pictures, is not installed: leave it out"])
+            raise ConfigError(["camera = true: PyBullet, which draws the pictures, is not installed: remove this line"])
     if launch.steps:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
@@ -99,7 +99,7 @@ def play(launch: Launch, folder: RunFolder, server: ForkServer, also: StopSignal
 
     Raises:
         ConfigError: the keys that were given are not good for this match.
-        LaunchError: a process does not start, or dies too often; the result is written all the same.
+        LaunchError: a process does not start, or dies too often; the result is written anyway.
     """
     shown = False
 
@@ -114,7 +114,7 @@ def play(launch: Launch, folder: RunFolder, server: ForkServer, also: StopSignal
     with stop_on_signals(also) as stop:
         server.stop = stop
         played = way(launch, folder, server, stop, over)._replace(interrupted=stop.is_set())
-        # After a window, once more with what the processes have counted and the end of the recording, without a word.
+        # After a window, the result is written silently once more, with the processes' counts and the recording's end.
         # A second Ctrl-C does not keep the result from being written.
         last = replace(launch, console=Console(quiet=True)) if shown else launch
         _conclude(last, folder, played)
@@ -132,7 +132,7 @@ def undriven(setup: MatchSetup, served: Collection[str] = ()) -> list[str]:
     if not {player.strategy for player in setup.players} & plugins("vrg.strategies").keys():
         return []  # the views of other packages are not asked for nothing
     return [
-        f"{', '.join(players)}: driven by `vrg show {kind.shown}` alone: run that, or play with --show {kind.shown}"
+        f"{', '.join(players)}: driven only by `vrg show {kind.shown}`: run that, or play with --show {kind.shown}"
         for kind in every_kind()
         if kind.drives and kind.process not in served and (players := setup.played_by(kind.drives))
     ]
@@ -149,7 +149,7 @@ def sealing(setup: MatchSetup, *, seats: bool) -> list[str]:
     sealed = [name for name in files if name not in names]
     found = [_sealed(sealed)] if sealed else []
     if names:
-        found.append(f"{_unsealed(names)}; {missing() or '--sandbox seals it'}")
+        found.append(f"{_unsealed(names)}; {missing() or '--sandbox would change that'}")
     return found
 
 
@@ -184,11 +184,11 @@ def strangers(
 
 
 def _sealed(names: Sequence[str]) -> str:
-    return f"sealed: the code of {_listed(names)} can only play"
+    return f"sandboxed: the code of {_listed(names)} can only play"
 
 
 def _unsealed(names: Sequence[str]) -> str:
-    return f"not sealed: the code of {_listed(names)} can read and change all that you can"
+    return f"not sandboxed: the code of {_listed(names)} can read and change all that you can"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -85,7 +85,7 @@ class _Course:
         if (hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
             console.print(
                 f"[yellow]another program has port {port_of(DEFAULT_ENDPOINT)}: the router uses port "
-                f"{port_of(launched.endpoint)}, which a firewall may keep others from[/yellow]",
+                f"{port_of(launched.endpoint)}, which a firewall may block for others[/yellow]",
                 soft_wrap=True,
             )
 
@@ -234,7 +234,7 @@ def _reached(remote: dict[str, RemoteHost], launch: Launch, stop: Stop) -> bool:
     """Reach the other machines, and show how far that is; return False if that was interrupted.
 
     Raises:
-        LaunchError: some cannot be used; the message tells of all of them.
+        LaunchError: some cannot be used; the message names all of them.
     """
     bar = Progress(TextColumn("reaching {task.description}"), BarColumn(), console=launch.console, transient=True)
     with bar as progress:

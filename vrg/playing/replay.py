@@ -86,7 +86,7 @@ def _sizes(setup: MatchSetup) -> tuple[dict[str, tuple[float, float]], list[str]
 def _missing(folder: RunFolder, match: RecordedMatch, end: float) -> list[str]:
     """The gaps of the recording, in sentences."""
     if not folder.recordings():
-        return ["Nothing was recorded: the match is shown as the referee saw it, by its evidence."]
+        return ["Nothing was recorded: the match is shown as the referee saw it, from its evidence."]
     last = folder.recordings()[-1]
     return [
         f"{part.name} ends in the middle: the match is shown as far as it goes, to {clock_text(end)}."

@@ -84,7 +84,7 @@ class SteppedPlayer(Node):
 
     Args:
         player: the player. keys: the keys of the match.
-        make: makes its strategy anew.
+        make: makes its strategy again.
         log: the file for the traces of its failures, and for what it prints if it is `inline`; None keeps none.
         inline: True if it is code of a file that decides in this process. stop: see `InlineCode`.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
@@ -133,7 +133,7 @@ class SteppedPlayer(Node):
         self._player.start()
 
     def begin(self, tick: Tick) -> None:
-        """Let the player look, if its strategy decides in a process of its own."""
+        """Let the player look, if its strategy decides in its own process."""
         if not self._out:
             self._player.begin(tick)
 
@@ -174,7 +174,7 @@ class SteppedPlayer(Node):
         return self._player.radio
 
     def play_by(self, make: Callable[[], Strategy], *, inline: bool) -> None:
-        """Let another strategy decide from now on, and be made anew after it has failed.
+        """Let another strategy decide from now on, and be made again after it has failed.
 
         Args:
             inline: True if it is code of a file that decides in this process.

@@ -19,7 +19,7 @@ from vrg.system import POSIX
 
 
 def begun(setup: MatchSetup, name: str, run: RunFolder, keys: Path | None) -> SubprocessStrategy | None:
-    """The strategy of the player whose process this is, in a process of its own; None for one that is trusted.
+    """The strategy of the player whose process this is, in its own process; None for one that is trusted.
 
     It is called before this process has a thread, a session, keys or a driver, so that the other one has none of them.
 
@@ -77,7 +77,7 @@ class Strategies:
     _opened: list[SubprocessStrategy] = field(default_factory=list, init=False)
 
     def is_apart(self, setup: MatchSetup, name: str) -> bool:
-        """True if the strategy of a player decides in a process of its own."""
+        """True if the strategy of a player decides in its own process."""
         if self.server is None:
             return False
         if self.every or self._is_strangers(setup, name) or setup.sandbox:
@@ -85,7 +85,7 @@ class Strategies:
         return not self.trusted and setup.strategy_file(name) is not None
 
     def is_inline(self, setup: MatchSetup, name: str) -> bool:
-        """True if the strategy of a player is a file, and decides in this process all the same."""
+        """True if the strategy of a player is a file, and decides in this process anyway."""
         return setup.strategy_file(name) is not None and not self.is_apart(setup, name)
 
     def _is_strangers(self, setup: MatchSetup, name: str) -> bool:
@@ -155,7 +155,7 @@ class Strategies:
         return (self._begun.pop(name, None) or self._process(setup, name)).made()
 
     def _process(self, setup: MatchSetup, name: str) -> SubprocessStrategy:
-        """Begin a strategy in a process of its own.
+        """Begin a strategy in its own process.
 
         Raises:
             ConfigError: it cannot be begun.

@@ -20,7 +20,7 @@ _CHANNELS: Final = 2**16 - 1
 class McapFile:
     """Writes messages; a topic and its schema are written to the file when the first message of it is written.
 
-    What was flushed can be read even if nothing else is ever written.
+    Flushed data can be read even if nothing else is ever written.
 
     Args:
         output: the file to make; where one of that name exists, a number is added, so that no file is ever overwritten.

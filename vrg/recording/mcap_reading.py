@@ -63,7 +63,7 @@ def messages_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> 
 def records_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> Iterator[tuple[str, float, bytes]]:
     """Read the JSON of every message of a recording that is whole, without what only viewers read.
 
-    A chunk that is damaged is left out. What stands behind the last chunk whose end can be found is left out, too.
+    A chunk that is damaged is left out. Data behind the last chunk whose end can be found is left out, too.
 
     Args:
         path: a recording, or its parts in their order where the recorder was started again.

@@ -184,14 +184,14 @@ class _Moves:
         same = bool(self.starts) and self._rest == body.rest
         if moves or same:
             self._known = measured, epoch
-        # Of a physical robot that is not measured any more its next place tells whether it has moved.
+        # The next place of a physical robot that is no longer measured shows whether it has moved.
         if same or (body.physical and body.rest is None and not moves):
             return
         self._rest = body.rest
         since = measured if body.rest is None else body.rest
         resolution = clock.time / clock.tick if clock is not None and clock.tick else 0.0
         known, its_epoch = self._known or (since, epoch)
-        # A physical robot is measured less often than the world ticks. A world that goes on from a snapshot knows
+        # A physical robot is measured less often than the world ticks. A world that continues from a snapshot knows
         # nothing of the time before, of which perhaps nothing was heard.
         if body.physical or its_epoch != epoch:
             resolution = max(resolution, since - known)
@@ -201,14 +201,14 @@ class _Moves:
         if len(self.places) < 2:
             return False
         (before, *there), (now, *here) = self.places[-2:]
-        # A world that was started again during a HALT counts rests anew.
+        # A world that was started again during a HALT counts rests again.
         # So does one in which a physical robot was not measured for a while.
         seen = now - before <= MAX_POSE_INTERVAL and not self.physical
         return seen or math.dist(there, here) < (MEASURED_PLACE if self.physical else SAME_PLACE)
 
     def motion(self, name: str) -> Trajectory:
         times = [time for time, _, _ in self.places]
-        # Of a physical robot that was never measured the samples alone tell when it was at rest.
+        # For a physical robot that was never measured, only the samples show when it was at rest.
         rests = self._spells() if self.starts else rests_of(times, list(map(at_rest, self.twists)))
         return Trajectory(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
@@ -221,7 +221,7 @@ class _Moves:
         for start in self.starts:
             if begun is not None:
                 if start.at_rest and (start.stayed or start.since <= begun.since):
-                    # It has moved for less than the time between two records, or a world that began anew counts anew.
+                    # It has moved for less than the time between two records, or a world that began again counts again.
                     continue
                 spells.append(Rest(begun.since, max(begun.since, start.since - start.resolution), begun.resolution))
             begun = start if start.at_rest else None

@@ -94,7 +94,7 @@ def read_recorded(path: Path | Sequence[Path]) -> RecordedMatch:
 
 
 def _take_poses(match: RecordedMatch, poses: m.Poses, stamp: float) -> None:
-    """Take in where bodies were at a match time. A world that goes on from a snapshot steps back to that.
+    """Take in where bodies were at a match time. A world that continues from a snapshot steps back to that.
 
     Where bodies were beyond it did not happen, nor what they were commanded and measured. Other messages beyond it were
     received: they count from then on.

@@ -1,8 +1,8 @@
 """The recorder: a match in one MCAP file that Foxglove and Lichtblick open, and `vrg.recording.reader` reads back.
 
 It writes what was published, one topic a key: `/referee/state`, `/poses`, `/player/NAME/report` and so on are the keys
-of the bus below that of the match, and what is on them are the messages, as JSON. Of the clock the newest one is
-written with what arrived until then. Beside them are the views that a viewer cannot make of messages:
+of the bus below that of the match, and what is on them are the messages, as JSON. The newest clock is written with what
+arrived until then. Beside them are the views that a viewer cannot make of messages:
 
 - `/view/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/view/field`: the field and
   its zones, when they change. `/view/map`: walls and obstacles, once.
@@ -62,8 +62,8 @@ class Recorder(Node):
         output: the file to make at the first tick; where one of that name exists, a number is added, so that a
             restarted recorder never overwrites the first part. Or an open binary file, which is not closed; or what
             opens another thing to write to.
-        models: of the robots, by name; a robot without one is drawn 0.5 m long. Of their sensors those are recorded
-            whose specs want it. With scans a recording is two to three times as large.
+        models: of the robots, by name; a robot without one is drawn 0.5 m long. Those of their sensors are recorded
+            whose specs ask for it. With scans a recording is two to three times as large.
         obstacles: the ground that the map's walls and obstacles cover, m.
         period: s between ticks.
 

@@ -85,8 +85,8 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
     if any(incident.process == LAUNCHER_NAME for incident in incidents):
         last = f"its last event, at {events[-1].time or 0.0:.2f} s,"
         notes.append(
-            f"vrg play did not end by itself: when is not known. What happened after {last} is known from the "
-            "recording."
+            f"vrg play did not end by itself, and it is not known when it ended. What happened after {last} is known "
+            "from the recording."
         )
     return Certificate(incidents, stops, setup.rate or None, notes)
 

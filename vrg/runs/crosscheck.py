@@ -25,7 +25,7 @@ def cross_check(tracks: Sequence[RobotPoses], exhibits: Iterable[Exhibit]) -> tu
     Returns:
         the disagreements, and the number of poses that were compared.
     """
-    # What was seen again later, after the world stepped back in time, counts.
+    # If an instant was seen again after the world stepped back in time, the later view counts.
     known = [(track, np.rint(track.times * 1e6), np.full((2, len(track.times)), np.nan)) for track in tracks]
     before = -math.inf
     for exhibit in exhibits:

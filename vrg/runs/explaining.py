@@ -53,7 +53,7 @@ def explain(run: Path, number: int) -> Proof:
     try:
         return _proof(setup, folder, records, call, heading, lines)
     except Exception as error:  # the rules of any game, on numbers and names that anybody may have changed
-        why = f"the rules cannot go on from the evidence: {type(error).__name__}: {error}"
+        why = f"the rules cannot continue from the evidence: {type(error).__name__}: {error}"
         return Proof(heading, (*lines, f"There is no more to show: {why}."))
 
 

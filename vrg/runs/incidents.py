@@ -1,6 +1,6 @@
 """The incidents of a match after which robots must stop, from its journal and its log of events. It reads no files.
 
-The journal tells of each HALT and each emergency stop. A HALT begins with the referee's decision, an emergency stop
+The journal records each HALT and each emergency stop. A HALT begins with the referee's decision, an emergency stop
 with its order if that was heard, and the death of a process or the loss of a machine with the newest message that came
 from it: it is not known how much later it died.
 """
@@ -166,7 +166,7 @@ def _onset(of: RunData, number: int, event: Event, names: Sequence[str]) -> floa
     time = min(noticed, max((event.newest[sender] for sender in senders), default=noticed))
     if WORLD not in names:
         return time
-    # What the world has published after its last snapshot did not happen: it goes on from there.
+    # What the world has published after its last snapshot did not happen: it continues from there.
     later = of.events[number:]
     back = next((e.time for e in later if e.what is EventKind.STEPPED_BACK and e.time is not None), time)
     return min(time, back)
@@ -226,5 +226,5 @@ def _launcher(of: RunData) -> Iterator[Incident]:
     if of.events and of.events[-1].what is not EventKind.ENDED:
         last = of.events[-1].time or 0.0
         end = of.end if math.isfinite(of.end) else last
-        what = f"{LAUNCHER_NAME} was killed: at some time after {last:.2f} s, all processes then ended by themselves"
+        what = f"{LAUNCHER_NAME} was killed some time after {last:.2f} s, and all processes then ended by themselves"
         yield Incident(IncidentKind.DEATH, what, end, process=LAUNCHER_NAME, resolution=max(0.0, end - last))

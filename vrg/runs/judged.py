@@ -79,7 +79,7 @@ def judge_folder(folder: RunFolder, setup: MatchSetup) -> Judged:
     notes += unread
     if judgement.reworded:
         calls = "1 call is" if judgement.reworded == 1 else f"{judgement.reworded} calls are"
-        notes.append(f"{calls} told in other words than this release of VRG would tell them.")
+        notes.append(f"{calls} worded otherwise than this release of VRG would word them.")
     notes += [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
     return Judged(found, notes, _sentence(judgement, len(found), compared))
 
@@ -102,7 +102,7 @@ def _recorded(folder: RunFolder) -> tuple[list[Disagreement], int, list[str]]:
 
 
 def _foreign(setup: MatchSetup, header: JournalHeader) -> list[Disagreement]:
-    """That the journal is of another match than the set-up beside it, if it is."""
+    """Says that the journal belongs to another match than the set-up beside it, if it does."""
     if (header.match, header.game, header.seed) == (setup.name, setup.game, setup.seed):
         return []
     of = f"the journal is of {header.match} ({header.game}, seed {header.seed})"

@@ -121,7 +121,7 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
 def _left_out(folder: RunFolder, package: Path, at: str, names: list[str]) -> list[str]:
     """The names in a package that are not copied: files that Python makes by itself, and the folders of runs.
 
-    Nor are links that lead out of it: the match may be a stranger's.
+    Links that lead out of it are not copied either: the match may be a stranger's.
     """
     own = folder.path.resolve()
 

@@ -116,7 +116,7 @@ def summary(result: dict[str, Any]) -> str:
         points.append(f"the radio lost {lost} of {said} messages")
     refused = sum(sum(keys.values()) for keys in result.get("refused", {}).values())
     if refused:
-        points.append(f"{refused} messages under a wrong key refused")
+        points.append(f"{refused} messages with a wrong key refused")
     # Runs of earlier releases have the second name.
     if lacking := result.get("without_evidence", result.get("unproved", 0)):
         points.append(f"{lacking} calls cannot be judged again: their evidence could not be written")

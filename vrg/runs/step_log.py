@@ -82,7 +82,7 @@ class StepLog:
     """Writes the log of a match; a context manager.
 
     Args:
-        path: the file, which is made anew.
+        path: the file, which is made again.
 
     Raises:
         LaunchError: it cannot be written.

@@ -203,10 +203,10 @@ def _read_authority(authority: KeyPair) -> tuple[x509.Certificate, ec.EllipticCu
     except (ValueError, TypeError, UnsupportedAlgorithm) as error:
         raise ConfigError(
             f"the authority's certificate or its private key cannot be read: {error}: take both from a copy, or "
-            "make another authority by `vrg keys init --replace`"
+            "make another authority with `vrg keys init --replace`"
         ) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey) or key.public_key() != certificate.public_key():
-        raise ConfigError("the authority's private key does not belong to its certificate: make both anew")
+        raise ConfigError("the authority's private key does not belong to its certificate: make both again")
     return certificate, key
 
 

@@ -50,7 +50,7 @@ class Credentials:
             except OSError as error:
                 raise CredentialsError(
                     f"{path}: expected a file of the seat {self.common_name}: {error.strerror}: copy the whole folder "
-                    "of the seat, or make keys by `vrg keys init`"
+                    "of the seat, or make keys with `vrg keys init`"
                 ) from None
         mode = self.private_key.stat().st_mode
         if mode & 0o077:
@@ -102,7 +102,7 @@ def is_official(credentials: Credentials | None) -> bool:
 def credentials_of(keys: Path, kinds: Sequence[SeatKind]) -> list[Credentials]:
     """The credentials of all seats of some kinds, whatever their names are, that a folder of keys has.
 
-    Those whose files are not as they should be come last: an emergency stop may try them all the same.
+    Those whose files are not as they should be come last: an emergency stop may try them anyway.
 
     Args:
         keys: a folder that holds one folder for each seat. kinds: the kinds that will do, the preferred one first.

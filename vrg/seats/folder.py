@@ -133,7 +133,7 @@ class KeysFolder:
         except ValueError as error:
             raise ConfigError(
                 f"{folder / AUTHORITY}: expected a certificate: {error}: take the authority from a copy, or make "
-                "another one by `vrg keys init --replace`"
+                "another one with `vrg keys init --replace`"
             ) from None
         if found != wanted:
             raise ConfigError(
@@ -157,7 +157,7 @@ class KeysFolder:
             folders = sorted(path for path in self.path.iterdir() if (path / CERTIFICATE).is_file())
         except OSError as error:
             raise ConfigError(
-                f"{self.path}: expected a folder of keys: {error.strerror}: make one by `vrg keys init`"
+                f"{self.path}: expected a folder of keys: {error.strerror}: make one with `vrg keys init`"
             ) from None
         common, found = self._common_authority(), []
         for folder in folders:

@@ -21,15 +21,15 @@ _REASONS = (
     ),
     (
         "not yet valid",
-        "the router's certificate is not valid yet by the clock of this machine: set the clock, or make the keys anew",
+        "the router's certificate is not valid yet by the clock of this machine: set the clock, or make the keys again",
     ),
     ("Hostname mismatch", "the router's certificate is for other hosts: `vrg keys renew --host` adds this one"),
     ("IP address mismatch", "the router's certificate is for other addresses: `vrg keys renew --host` adds this one"),
-    ("CERTIFICATE_VERIFY_FAILED", "the router's certificate is of another authority: these keys are of another match"),
-    ("UNKNOWN_CA", "the router does not know the authority of this seat: these keys are of another match"),
-    ("DECRYPT_ERROR", "the router does not know the authority of this seat: these keys are of another match"),
+    ("CERTIFICATE_VERIFY_FAILED", "the router's certificate is of another authority: these keys are for another match"),
+    ("UNKNOWN_CA", "the router does not know the authority of this seat: these keys are for another match"),
+    ("DECRYPT_ERROR", "the router does not know the authority of this seat: these keys are for another match"),
     ("CERTIFICATE_REQUIRED", "the router wants a certificate, and none was given"),
-    ("BAD_CERTIFICATE", "the router does not take the certificate of this seat"),
+    ("BAD_CERTIFICATE", "the router does not accept the certificate of this seat"),
     ("WRONG_VERSION_NUMBER", "what answers there does not encrypt"),
 )
 """Messages of OpenSSL, and what they mean here."""

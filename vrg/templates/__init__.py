@@ -9,7 +9,7 @@ def filled(template: str, **words: str) -> str:
 
     Args:
         template: the template's path in this folder, such as `driver/driver.py.template`.
-        words: the word for each placeholder. A placeholder without a word is a mistake of the caller.
+        words: the word for each placeholder. A placeholder without a word is the caller's mistake.
 
     Raises:
         KeyError: a placeholder has no word.

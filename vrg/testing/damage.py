@@ -77,7 +77,7 @@ DAMAGES: tuple[Damage, ...] = (cut, zeros, garbage, tail, bits, hole, edited, ed
 
 
 def mutants(content: bytes, count: int, seed: int = 0) -> Iterator[tuple[str, bytes]]:
-    """So many mutants of a content, each with what has happened to it."""
+    """The given number of mutants of a content, each with what has happened to it."""
     for number in range(count):
         rng = random.Random(f"{seed} {number}")
         damage = DAMAGES[number % len(DAMAGES)]

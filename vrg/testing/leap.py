@@ -54,9 +54,9 @@ def leap(book: RuleBook[Any], ready: Observation, seed: int, by_looks: frozenset
             what = f"{found[0].rule}: {found[0].text}" if found else "the end of the round"
             way = f"from ({start.x:.2f}, {start.y:.2f}) to ({end.x:.2f}, {end.y:.2f})"
             raise AssertionError(
-                f"{name} drives {way} between two looks, and nothing is called; with {PARTS} looks on the same way it "
-                f"is {what}. Judge the whole way between the looks, by regions' `inside` and `exit_fraction` and "
-                "vrg.segments.in_disc; or name the rule in `by_looks` of the test if no robot can drive so fast. See "
-                f"it again: vrg.testing.leap.leap(book, ready, seed={seed})"
+                f"{name} drives {way} between two looks, but nothing is called; with {PARTS} looks on the same way it "
+                f"is {what}. Judge the whole way between the looks, with regions' `inside` and `exit_fraction` and "
+                "vrg.segments.in_disc; or name the rule in `by_looks` of the test if no robot can drive so fast. To "
+                f"repeat it: vrg.testing.leap.leap(book, ready, seed={seed})"
             )
         state = part.state

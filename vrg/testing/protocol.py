@@ -151,7 +151,7 @@ class ProtocolContract:
 
     def test_a_button_at_the_drive_latches_until_it_is_cleared(self, wire: ProtocolWire) -> None:
         if FaultKind.ESTOP not in wire.drive.supports:
-            pytest.skip("it has no button, or does not tell of it")
+            pytest.skip("it has no button, or does not report it")
         wire.running()
         wire.fault(FaultKind.ESTOP)
         wire.until(lambda: wire.axis.state is MotorState.ESTOP)
@@ -162,7 +162,7 @@ class ProtocolContract:
         wire.axis.idle()
         wire.advance(0.5)
         assert wire.says()[0] is MotorState.ESTOP
-        wire.fault(FaultKind.END)  # a button that stays down is let go of
+        wire.fault(FaultKind.END)  # a button that stays down is released
         wire.axis.clear()
         wire.advance(0.5)
         assert wire.says()[0] is MotorState.IDLE

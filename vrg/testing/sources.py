@@ -29,7 +29,7 @@ def say_time(mailbox: Mailbox, time: float, number: int, rate: float = 1.0) -> N
 
 
 def context_of(name: str, settings: Any, *robots: str, base: Path = Path()) -> SourceContext:
-    """What a source is told of its match, in which all robots are P2ATs that begin at the origin."""
+    """The context of a source: a match in which all robots are P2ATs that begin at the origin."""
     return SourceContext(
         name=name, settings=settings, robots=dict.fromkeys(robots, robot_model("P2AT")),
         starts=dict.fromkeys(robots, HERE), seed=1, base=base,

@@ -101,8 +101,8 @@ class _Trial:
             apart = min(1.1 * apart, LONGEST)
         self._expect(
             False,
-            "everybody has stood still for days, and the match does not end: judge the time, and tell it by "
-            "`time_limit`; or say `endless = True` in the test if only an official ends it",
+            "everybody has stood still for days, but the match does not end: judge the time, and declare "
+            "`time_limit`; or set `endless = True` in the test if only an official ends it",
         )
 
     def _seen(self) -> Observation:
@@ -215,7 +215,7 @@ class _Trial:
             self._judged.append(((game, before, now, clock), _outcome(verdict)))
         self._expect(verdict.winner is None, "`judge` names a winner: only `next_round` may")
         kept = verdict.state.disqualified == game.disqualified
-        self._expect(kept, "the new state forgets who is disqualified: make it by `structs.replace` of the old one")
+        self._expect(kept, "the new state forgets who is disqualified: make it with `structs.replace` from the old one")
         if out := game.disqualified.keys() & now.poses.keys():
             absent = book.judge(game, _without(before, out), _without(now, out), clock)
             self._expect(
@@ -242,7 +242,7 @@ class _Trial:
         self._expect(match.game.round > game.round, "`next_round` returns the same round without a winner")
         self._expect(
             match.game.disqualified == game.disqualified,
-            "`next_round` forgets who is disqualified: take `state.disqualified` over into the new state",
+            "`next_round` forgets who is disqualified: copy `state.disqualified` into the new state",
         )
 
     def _shown(self, now: Observation, effects: Effects) -> None:
@@ -276,7 +276,7 @@ class _Trial:
         return f"{self._book.round_word} {match.game.round}, {match.clock:.1f} s of play, look {self._looks}"
 
     def _again(self) -> str:
-        return f"See it again: vrg.testing.trial.trial(book, ready, seed={self._seed})"
+        return f"To repeat it: vrg.testing.trial.trial(book, ready, seed={self._seed})"
 
     @contextmanager
     def _raising_nothing(self) -> Iterator[None]:

@@ -58,7 +58,7 @@ def banners(scene: Scene, help_: Help = Help.NONE) -> list[Banner]:
     if not scene.live:
         found.append(Banner("NO CLOCK", ("No clock from the world: what you see is old, robots stop.",), palette.LOST))
     if scene.unproved:
-        lines = ("The disk takes no evidence: what is called now cannot be judged again.",)
+        lines = ("Evidence cannot be written: calls made now cannot be judged again.",)
         found.append(Banner("NO EVIDENCE", lines, palette.CAUTION))
     if scene.stage is Stage.GAME_OVER:
         heading, colour = winner_words(scene)

@@ -1,4 +1,4 @@
-"""The choices of a replay's user to take a match up "from here on": a player, and its other strategy. Pure."""
+"""The choices of a replay's user to continue a match "from here on": a player, and its other strategy. Pure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ _ROWS: Final = 14
 
 @dataclass(frozen=True)
 class Taken:
-    """A match that was taken up.
+    """A match that was continued.
 
     Args:
         timeline: of the new recording. note: what the user must know of it, in a sentence.
@@ -28,7 +28,7 @@ class Taken:
 
 
 class Brancher(Protocol):
-    """Takes a match up without letting the window wait.
+    """Continues a match without letting the window wait.
 
     Attributes:
         players: the names of the players. strategies: those that can be chosen.
@@ -43,7 +43,7 @@ class Brancher(Protocol):
         """Begin to play from a match time, s, with another strategy for a player."""
 
     def look(self) -> Taken | str | None:
-        """The match that was taken up; or what to tell, in words: how far it is, or why it failed; None if idle."""
+        """The continued match; or a message: how far it is, or why it failed; None if idle."""
 
     @property
     def busy(self) -> bool:
@@ -85,7 +85,7 @@ class Choice:
     @property
     def card(self) -> Card:
         """The card that the window shows."""
-        asked = f"{self.player} plays by which strategy?" if self.player else "who plays by another strategy?"
+        asked = f"{self.player} plays which strategy?" if self.player else "who plays another strategy?"
         first = min(max(0, self.at - _ROWS // 2), max(0, len(self.names) - _ROWS))
         rows = [
             f"{'▶' if number == self.at else '   '} {self.names[number]}"

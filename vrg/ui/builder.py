@@ -70,7 +70,7 @@ class SceneBuilder:
         self._reason_round = 0
 
     def clock(self, clock: m.Clock) -> None:
-        """Take match time in. After a restart of the world the trails begin anew."""
+        """Take match time in. After a restart of the world the trails start again."""
         before = self._clock or clock
         # A world that is started again goes on in a later epoch.
         self.other |= self.one_match and (clock.epoch, clock.time + LATE) < (before.epoch, before.time)
@@ -259,7 +259,7 @@ class SceneInlets:
 
     Args:
         mailbox: the node's own. keys: of the match.
-        poses: False if this node may not hear where every body truly is.
+        poses: False if this node may not hear where every body really is.
         players: the players whose reports and sketches it may hear; None for all.
     """
 

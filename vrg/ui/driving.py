@@ -20,7 +20,7 @@ SLOW: Final = 0.5
 """The part of a robot's speed that it is driven with while SHIFT or the turbo button is not held."""
 SILENCE: Final = 15.0
 """The real time in s without an event of a gamepad after which nobody holds it. A stick is never quiet for so long; who
-drives by buttons alone presses them anew."""
+drives by buttons alone presses them again."""
 DEAD_ZONE: Final = 0.15
 """The deflection of a stick below which it does not count, 0 to 1."""
 

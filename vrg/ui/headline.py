@@ -20,7 +20,7 @@ class TeamScore:
     """The score of a team: its name as people write it, its points, what they count, and its colour.
 
     Args:
-        words: what so many points count. counts: what points of this team count.
+        words: what this many points count. counts: what points of this team count.
     """
 
     team: str

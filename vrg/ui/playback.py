@@ -53,7 +53,7 @@ class Playback:
         return self.time >= self.end
 
     def advance(self, seconds: float) -> "Playback":
-        """So much real time has passed, s. At the end the replay pauses."""
+        """Advance by this real time, s. At the end the replay pauses."""
         if not self.playing or self.held:
             return self
         moved = self.to(self.time + self.speed * seconds)

@@ -27,7 +27,7 @@ class Watched:
         """Take a reading in."""
         self.newest[sensor] = reading
         stamps = self._stamps.setdefault(sensor, deque(maxlen=1000))
-        if stamps and reading.stamp < stamps[-1]:  # the world has begun anew
+        if stamps and reading.stamp < stamps[-1]:  # the world has started again
             stamps.clear()
         stamps.append(reading.stamp)
 

@@ -113,7 +113,7 @@ def test_two_names_that_once_were_alike_have_folders_of_their_own(folder: ClassF
 def test_a_class_has_a_last_seat(folder: ClassFolder) -> None:
     for number in range(MOST_STUDENTS):
         folder.join(f"Student {number}")
-    with pytest.raises(OverflowError, match="room for no more"):
+    with pytest.raises(OverflowError, match="the class is full"):
         folder.join("Ada")
 
 

@@ -36,7 +36,7 @@ def table(*matches: Mapping[str, Any], **more: Any) -> Timetable:
         ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\ntittle = "y"', "tittle"),
         ('title = "x"\noptions = ["--tls"]\n[[matches]]\nmatch = "tiny.toml"', "--tls"),
         ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nkind = "bracket"', "two or more"),
-        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\neach = 3', "qualification alone"),
+        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\neach = 3', "only in a qualification"),
         ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nkind = "qualification"', "each"),
         (
             'title = "x"\n[[teams]]\nname = "a"\nstrategy = "s"\n[[teams]]\nname = "a"\nstrategy = "s"',

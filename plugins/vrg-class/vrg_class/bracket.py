@@ -25,7 +25,7 @@ class Pairing(NamedTuple):
     """Two that meet.
 
     Args:
-        first, second: where the two come from. Of two seeds the first one is the better one. Where one comes from the
+        first, second: where the two come from. The first of two seeds is the better one. Where one comes from the
             winners' side and one from the losers' side, the first one comes from the winners' side.
         side: "winners", "losers", or "final" for the last pairing, in single elimination, too.
         round: from 1 within its side.

@@ -97,8 +97,8 @@ class Classroom:
         return encode({"t": "news", "message": self.message, "halted": self.halted})
 
     def joined(self, name: str, device: str = "") -> Student:
-        """A new student; on the thread of the folder. Who has saved and tried nothing yet may join again from the
-        same device.
+        """A new student; on the thread of the folder. A student who has saved and tried nothing yet may join again from
+        the same device.
 
         Args:
             device: what tells the device from others; empty if that is not known.

@@ -32,26 +32,24 @@ DEFAULT_GAME: Final = "sharks-and-minnows"
 LEAGUE: Final = "league.toml"
 """The match of the league, beside the steps of a lesson."""
 
-FolderArgument = Annotated[Path, typer.Argument(metavar="[FOLDER]", help="The folder of the class; it is made.")]
+FolderArgument = Annotated[Path, typer.Argument(metavar="[FOLDER]", help="The folder of the class.")]
 
 
 def start(
     folder: FolderArgument = Path("class"),
     game: Annotated[str | None, typer.Option(help="The game of a new class.")] = None,
-    match: Annotated[str | None, typer.Option(help="The match of its league; the game's own one if missing.")] = None,
+    match: Annotated[str | None, typer.Option(help="The match of its league; the default is the game's own.")] = None,
     lesson: Annotated[Path | None, typer.Option(help="A folder with steps of your own, such as 01-drive.md.")] = None,
     roster: Annotated[
         Path | None,
-        typer.Option(
-            help="names.csv: a name and a word in each line; others cannot join. It may change while the class runs."
-        ),
+        typer.Option(help="names.csv: a name and a password in each line; others cannot join. It may change later."),
     ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Tries at a time; one for each processor if missing.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Tries at a time; by default, one per processor.")] = None,
     listen: ListenOption = None,
     tls: TlsOption = False,
     name: NameOption = None,
     sandbox: Annotated[
-        bool, typer.Option("--sandbox/--no-sandbox", help="Without it students' code can do all that you can.")
+        bool, typer.Option("--sandbox/--no-sandbox", help="Without a sandbox, students' code can do all that you can.")
     ] = True,
 ) -> None:
     """Serve a class: students join by a link, write code in their browsers, and see at once how it plays.
@@ -89,7 +87,7 @@ def _serve(place: ClassFolder, at: Served, listen: str | None, jobs: int, *, tls
             console.print("the class is for browsers on this computer; --listen 0.0.0.0 serves it to others")
         elif not tls:
             console.print("[yellow]names and code go over the network unencrypted; --tls encrypts them[/yellow]")
-        console.print("(Ctrl-C ends it; nothing is lost, and the same command goes on)", markup=False)
+        console.print("(Ctrl-C ends it; nothing is lost, and the same command continues)", markup=False)
         try:
             while not stop.wait(CHECKED_EVERY):
                 site.check()
@@ -140,10 +138,10 @@ def export(
     folder: FolderArgument,
     output: Annotated[Path, typer.Argument(metavar="OUTPUT", help="A new folder.")],
 ) -> None:
-    """Copy what was handed in into a folder that `vrg league play`, `vrg tournament` and `vrg play` take."""
+    """Copy what students handed in into a folder that `vrg league play`, `vrg tournament` and `vrg play` take."""
     place = ClassFolder(folder)
     if output.exists():
-        raise ConfigError(f"{output}: expected a new folder, it is there already")
+        raise ConfigError(f"{output}: expected a new folder, but it exists already")
     shutil.copytree(place.entries, output)
     names = ", ".join(sorted(file.name for file in output.iterdir()))
     typer.echo(f"{output}: {names or 'nothing was handed in yet'} ({time.strftime('%Y-%m-%d %H:%M')})")

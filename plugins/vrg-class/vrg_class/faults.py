@@ -10,7 +10,7 @@ _KIND: Final = re.compile(r"\b[A-Z]\w*(?:Error|Exception)\b")
 _FOR_OTHERS: Final = re.compile(r"(?:; the sandbox refused it[^()]*| \((?:[^()]*, line \d+[^()]*|/[^()]*)\))+$")
 """What ends a sentence of VRG's and is not for beginners: places in code, and advice for those who run VRG."""
 _NO_MOTION: Final = re.compile(r"\.act: expected finite numbers")
-"""What VRG tells of motions that no robot can drive."""
+"""VRG's words for motions that no robot can drive."""
 ENDLESS, MOTION, ANSWER = "endless", "motion", "answer"
 """The kinds of faults that Python has no name for: act does not come to an end, no robot can drive so, or act has
 returned something else."""

@@ -27,9 +27,9 @@ def final(
     match: Annotated[
         str | None, typer.Option(help="A match file to play on, such as one with physical robots; else the league's.")
     ] = None,
-    places: Annotated[int, typer.Option(min=2, max=32, help="How many of the leaderboard take part.")] = 8,
+    places: Annotated[int, typer.Option(min=2, max=32, help="How many students of the leaderboard take part.")] = 8,
     elimination: Annotated[
-        Literal["single", "double"], typer.Option(help="After how many lost pairings somebody is out.")
+        Literal["single", "double"], typer.Option(help="After how many lost pairings a student is out.")
     ] = "single",
     listen: ListenOption = None,
     tls: TlsOption = False,
@@ -39,12 +39,12 @@ def final(
         list[str] | None, typer.Option(help="As for `vrg play`, such as 3d; may be given several times.")
     ] = None,
     lockstep: Annotated[bool, typer.Option("--lockstep", help="Play as fast as possible, without pictures.")] = False,
-    sandbox: Annotated[bool, typer.Option(help="Shut the players' code in.")] = True,
+    sandbox: Annotated[bool, typer.Option(help="Run the players' code in a sandbox.")] = True,
 ) -> None:
     """Let the best of the class play a bracket on a stage: the first against the last, and so on, until one is left.
 
-    It is an event as of `vrg event`, in FOLDER/final. Where the teams of the game have other roles, each pair plays two
-    matches, with sides changed. A draw is for the one with the higher place. The same command goes on where it was.
+    The final is an event of `vrg event`, in FOLDER/final. If the teams of the game have different roles, each pair
+    plays two matches with sides changed. A draw goes to the higher place. The same command continues where it stopped.
     """
     place = ClassFolder(folder)
     own = place.path / "final"

@@ -188,7 +188,7 @@ class ClassFolder:
             OverflowError: the class is full. OSError: it cannot be written.
         """
         if len(self.students) >= MOST_STUDENTS:
-            raise OverflowError(f"the class has {MOST_STUDENTS} students, and room for no more")
+            raise OverflowError(f"the class is full: it has {MOST_STUDENTS} students")
         plain, number = folder_name(name), 1
         while (folder := plain if number == 1 else f"{plain}-{number}") in self.students:
             number += 1
@@ -350,7 +350,7 @@ class ClassFolder:
                 versions = max(student.versions, self._newest(place.name))
                 found[place.name] = structs.replace(student, folder=place.name, versions=versions)
             except (OSError, ValueError) as error:
-                self.problems.append(f"{file}: cannot be read: {error}: who joins by this name has the code again")
+                self.problems.append(f"{file}: cannot be read: {error}: joining with this name gives the code again")
         return found
 
     @staticmethod

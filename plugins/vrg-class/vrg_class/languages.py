@@ -29,7 +29,7 @@ def preferred(accepted: str, known: Collection[str]) -> str:
 
 @functools.cache
 def words() -> Mapping[str, Mapping[str, Any]]:
-    """The words of the pages by language. What a language lacks is there in English."""
+    """The words of the pages by language. Words that a language lacks are English."""
     found = {
         file.name.removesuffix(".json"): msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
         for file in (files("vrg_class") / "words").iterdir()

@@ -1,4 +1,4 @@
-"""The league of a class: games between what was handed in, in a process of its own that gives way to tries."""
+"""The league of a class: games between what was handed in, in its own process that gives way to tries."""
 
 import contextlib
 import subprocess
@@ -59,7 +59,7 @@ class ClassLeague:
             self._wanted = True
 
     def forget_names(self) -> None:
-        """Make the board anew, as names have changed or somebody has gone."""
+        """Make the board again, as names have changed or somebody has gone."""
         self._read = (-1, -1)
 
     def rest(self, *, rests: bool) -> None:

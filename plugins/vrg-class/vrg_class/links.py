@@ -23,7 +23,7 @@ PAGE_FILE: Final = "page.json"
 NameOption = Annotated[
     str | None,
     typer.Option(
-        "--name", metavar="HOST[:PORT]", help="What links have in place of this computer's addresses, such as its name."
+        "--name", metavar="HOST[:PORT]", help="Host for links in place of this computer's addresses, such as its name."
     ),
 ]
 
@@ -59,7 +59,7 @@ class Served(NamedTuple):
                 words = f"{who:<{width}}  {base}{rest}{remark and f'  ({remark})'}"
                 console.print(words, soft_wrap=True, markup=False)
         if self.page.certificate:
-            words = "browsers warn that they do not know the certificate: go on if its SHA-256 fingerprint is"
+            words = "browsers warn that they do not know the certificate: continue if its SHA-256 fingerprint is"
             console.print(f"{words} {fingerprint(self.page.certificate)}", soft_wrap=True)
 
 
@@ -90,6 +90,6 @@ def served_at(folder: Path, listen: str | None, usual: int, what: str, *, tls: b
         page = encrypted(page, named) if tls else page
         write_whole(file, page.encoded().encode(), 0o600, synced=True)
     except (OSError, ValueError) as error:
-        raise ConfigError(f"{file}: cannot be used: {error}: remove it, and links become others") from None
+        raise ConfigError(f"{file}: cannot be used: {error}: remove it, and the links will change") from None
     page = page if tls else replace(page, certificate="", private_key="")
     return Served(page, named, named_port or page.port)

@@ -79,7 +79,7 @@ class Change(Struct, frozen=True, forbid_unknown_fields=True):
     """The teacher changes who is in the class.
 
     Args:
-        act: `reset` begins anew with the first code and no step done; `revoke` gives another link.
+        act: `reset` starts again with the first code and no step done; `revoke` gives another link.
         student: the folder of the student; empty for `add`. name: the new one, for `add` and `rename`.
     """
 

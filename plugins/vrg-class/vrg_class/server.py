@@ -44,7 +44,7 @@ _LEAGUE_HEADERS: Final = {
     "Content-Security-Policy": "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; "
     "script-src 'unsafe-inline'; frame-src 'self'"
 }
-"""Of the pages of the league, which are shut off from those of the class and from what browsers keep of them."""
+"""The policy of the league's pages, which cannot reach those of the class, nor what browsers store for them."""
 
 log = logging.getLogger(__name__)
 
@@ -377,7 +377,7 @@ class ClassSite(DaySite):
             try:
                 await asyncio.to_thread(self._league.rest, rests=busy or self._room.halted)
             except Exception:  # the class goes on without its league
-                log.exception("the league cannot go on")
+                log.exception("the league cannot continue")
             for student in self._folder.students.values():
                 desk, problem = self._room.desks[student.folder], self._league.problem(student)
                 if problem != desk.problem:

@@ -34,7 +34,7 @@ class RefusalError(Exception):
 
     Args:
         why: the reason, one word of the pages' files of words. status: of the answer, by HTTP.
-        found: what is told of it.
+        found: what is reported of it.
     """
 
     def __init__(self, why: str, status: int = 400, **found: Any) -> None:

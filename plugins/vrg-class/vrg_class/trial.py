@@ -1,4 +1,4 @@
-"""A try: a match of one process in a process of its own, whose players' code is sealed in further ones.
+"""A try: a match of one process in its own process, whose players' code is sealed in further ones.
 
 It ends once the goal is reached, or at the first error of the code: an announcement that a robot is disqualified for
 an error looks as if it had broken a rule. It reports over its standard input what there is to see, as fast as the
@@ -77,7 +77,7 @@ _KINDS: Final = msgspec.json.Decoder(Kind)
 
 
 def kind_of(text: str) -> str:
-    """The kind of a message; empty if it is none."""
+    """The kind of a message; empty if it is not one."""
     try:
         return _KINDS.decode(text).t
     except msgspec.DecodeError:

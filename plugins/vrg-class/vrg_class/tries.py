@@ -192,7 +192,7 @@ class Tries:
             self._go_on()
 
     def _play(self, one: Try, add: Callable[[str], None]) -> None:
-        """Play a try, on a thread of its own.
+        """Play a try, on its own thread.
 
         Raises:
             VrgError: it cannot be played.

@@ -16,7 +16,7 @@ from vrg.testing.waiting import wait_until
 
 PATIENCE = 180.0
 ON = ("--channel", INTERFACE)
-LATE = "no heartbeat|nothing has been heard of the bus|no setpoint came|did not run for|but it is idle"
+LATE = "no heartbeat|nothing has been heard from the bus|no setpoint came|did not run for|but it is idle"
 """What a tool says of drives where it, or the process that emulates them, did not get to run in time."""
 
 

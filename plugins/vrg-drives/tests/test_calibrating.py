@@ -130,7 +130,7 @@ def test_one_that_was_frozen_goes_on_when_the_person_agrees(train: DriveTrain, d
     class Waits(Clerk):
         def ready(self, words: str) -> None:
             super().ready(words)
-            if "it goes on from here" in words:
+            if "continues from here" in words:
                 train.clock.sleep(150.0)
                 stood.append(drives.drives[0].motor.position)
 
@@ -142,7 +142,7 @@ def test_one_that_was_frozen_goes_on_when_the_person_agrees(train: DriveTrain, d
 
 def test_a_wheel_that_is_blocked_ends_it(train: DriveTrain, drives: Drives) -> None:
     drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), train.clock.now())
-    with pytest.raises(RobotError, match="r: node 0: it stands, though it was asked for"):
+    with pytest.raises(RobotError, match="r: node 0: it stands still, though asked for"):
         run(train, Clerk([True, True, True, True], [None, None]))
     assert turns(drives) < RATIO
 

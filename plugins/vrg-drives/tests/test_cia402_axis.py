@@ -170,7 +170,7 @@ class TestFaults:
         wire.axis.clear()
         wire.advance(1.0)
         assert wire.axis.state is MotorState.FAULT
-        assert "set up anew" in (wire.axis.fault or "")
+        assert "set up again" in (wire.axis.fault or "")
         wire.axis.prepare()
         wire.axis.start()
         wire.gets_going()

@@ -134,7 +134,7 @@ def test_an_odrive_is_written_nothing_that_is_meant_for_canopen(lab: Simulation,
         (("--id", "5", "0x1018:04=3"), "it refuses 0x1018:04"),
         (("--id", "5", "0x6084=-0x80000001"), "expected a number of 4 bytes"),
         (("--id", "5", "much"), "expected an object such as 0x6083"),
-        (("--id", "7", "anything"), "moteus drives are configured by their maker's own tool"),
+        (("--id", "7", "anything"), "moteus drives are configured with their maker's own tool"),
     ],
 )
 def test_what_cannot_be_is_said(arguments: tuple[str, ...], words: str) -> None:

@@ -119,7 +119,7 @@ def test_a_game_is_chosen_and_started_and_a_match_of_this_folder_is_changed(
     page.page.select_option('[data-key="engine"]', "planar")
     page.wait("vrg.told().changed")
     page.page.click("#back")
-    page.wait_text("#ask", "not saved. Leave it all the same?")
+    page.wait_text("#ask", "not saved. Leave it anyway?")
     page.page.keyboard.press("Enter")
     page.wait("document.body.dataset.screen === 'start' && !vrg.told().changed")
     page.page.select_option("#map", "open") if page.page.is_enabled("#map") else None

@@ -308,7 +308,7 @@ def test_a_file_that_is_no_toml_is_shown_and_told(tmp_path: Path) -> None:
     page = page_in(tmp_path, Draft("seed = 1\nname =\n", tmp_path, tmp_path / "broken.toml"))
     assert [(problem["line"], problem["fields"]) for problem in page.told["problems"]] == [(2, [])]
     for request in ({"do": "set", "key": "seed", "typed": "1"}, {"do": "count", "players": 3}):
-        assert "only a text editor can mend it" in page.ask(**request)["notice"]
+        assert "only a text editor can fix it" in page.ask(**request)["notice"]
 
 
 def test_a_check_that_fails_is_told(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from vrg.system import POSIX
 if TYPE_CHECKING:
     from vrg_edit.draft import Draft
 
-WebOption = Annotated[bool, typer.Option("--web", help="Show the match that is played in the same page, too.")]
+WebOption = Annotated[bool, typer.Option("--web", help="Also show the running match in the same page.")]
 PORT: Final = 8079
 """The port of the page, below that of a match; if another program has it, the next one that is free."""
 _LOOKS: Final = 0.2
@@ -33,9 +33,9 @@ def edit(
     runs: RunsOption = Path("runs"),
     web: WebOption = False,
 ) -> None:
-    """Choose a game or a match in a browser, change it with its problems beside its fields; save it, and play it.
+    """Choose a game or a match in a browser, change it while its problems show beside the fields, save it and play it.
 
-    Where no browser can be opened, the page is served all the same, for one on another computer.
+    If no browser can be opened, the page is still served, for a browser on another computer.
     """
     from vrg_edit.folder import open_draft
 

@@ -159,7 +159,7 @@ class Editor:
 
     def _do(self, request: Request) -> str | _Ask | None:
         if isinstance(request, Open | Watch | Leave) and self.changed and not request.sure:
-            return _Ask("leave", "The match is not saved. Leave it all the same?")
+            return _Ask("leave", "The match is not saved. Leave it anyway?")
         match request:
             case Open(match=""):
                 self._open(request.game, request.map)
@@ -175,14 +175,14 @@ class Editor:
 
     def _change(self, request: Set | Place | Count | Remove | Undo | Redo | Save) -> str | _Ask | None:
         if request.seen != self._number:
-            return "Another page has changed this match: this is how it is now. Do it again if it is still right."
+            return "Another page has changed this match: this is how it is now. Repeat your change if it still fits."
         if isinstance(request, Save):
             return self._save(request)
         if isinstance(request, Undo | Redo):
             self._travel(undo=isinstance(request, Undo))
             return None
         if not self.draft.data:
-            return "The file is no TOML, so only a text editor can mend it."
+            return "The file is not TOML, so only a text editor can fix it."
         return self._edit(request)
 
     def _edit(self, request: Set | Place | Count | Remove) -> str | None:
@@ -190,7 +190,7 @@ class Editor:
         match request:
             case Set(key="game", typed=game) if game in GAMES and game != draft.game:
                 draft = Draft.of_game(game, draft.base)
-                notice = f"This is the default match of {game_of(game).title} now. Undo brings the other one back."
+                notice = f"This is the default match of {game_of(game).title} now. Undo restores the previous one."
             case Set(key=key, typed=typed):
                 draft, last = self._with_rules_beside(path_of(key)).set(path_of(key), typed), key
             case Place(player=player, x=x, y=y, heading=heading):
@@ -204,7 +204,7 @@ class Editor:
                     return "A match needs at least one player."
                 draft = draft.remove(set(players))
         if draft.text != self.draft.text:
-            # What is typed sign by sign is one change.
+            # Letters that are typed one by one are one change.
             if not last or last != self._last:
                 self._past.append(self.draft)
             self._future.clear()
@@ -281,7 +281,7 @@ class Editor:
             if (file, name) != (draft.file, draft.shown(("name",))):
                 draft = draft.named(name, file)
         if draft.file is None:
-            return _Ask("name", "Save as which name? The file gets it, too.")
+            return _Ask("name", "Save under which name? The file gets this name, too.")
         known = None if request.replace else self._kept.text if self._kept.file == draft.file else ""
         reply = self._write(draft, known)
         if reply is None and request.play:

@@ -30,7 +30,7 @@ def robot_size(model: str) -> Vector:
 
 
 def with_count(draft: Draft, count: int, ground: CheckResult) -> Draft:
-    """Return the draft with so many players, at least 1: the last ones go, or new ones come."""
+    """Return the draft with this many players, at least 1: the last ones go, or new ones come."""
     count = min(max(1, count), MAX_PLAYERS)
     while len(draft.players) > count:
         draft = fewer(draft)

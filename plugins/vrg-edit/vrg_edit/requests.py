@@ -68,7 +68,7 @@ class Place(_Edit, frozen=True, kw_only=True):
 
 
 class Count(_Edit, frozen=True, kw_only=True):
-    """Have so many players."""
+    """Have this many players."""
 
     players: _Number
 
@@ -121,7 +121,7 @@ def read_request(text: bytes) -> Request:
     """Decode a request.
 
     Raises:
-        ValueError: it is none. The message tells what was expected.
+        ValueError: it is not one. The message tells what was expected.
     """
     try:
         found: Request = _DECODER.decode(text)

@@ -7,6 +7,6 @@ from vrg.plugins import Command
 FUZZ: Final = Command(
     ("fuzz",),
     "Lab",
-    "Play matches in which processes, links and disks fail, by seeds",
+    "Play matches with seeded failures of processes, links and disks",
     "vrg_faults.command:fuzz",
 )

@@ -1,4 +1,4 @@
-"""What must hold of robots with emulated drives whatever fails, judged by the true motion of their motors."""
+"""Conditions on robots with emulated drives, whatever fails, judged by the true motion of their motors."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final

@@ -176,7 +176,7 @@ class Checker:
     def _look_at_robots(self) -> None:
         """The robots of players that cannot command them stand, as all do without a referee or a link of the world.
 
-        Of robots with emulated drives the motors are looked at; see `vrg_faults.can_checking`.
+        For robots with emulated drives, this looks at the motors; see `vrg_faults.can_checking`.
         It counts match time, which stands still with the world.
         """
         match, poses = self._match, self._match.observer.poses
@@ -233,7 +233,7 @@ class Checker:
         if state is None or match.observer.over:
             return
         goes_on = state.halted is None and referee.unable is None
-        if self._numbers:  # before the first call there is nothing that a new process could go on from
+        if self._numbers:  # before the first call there is nothing that a new process could continue from
             self._owes_halt |= {p.name for p in (world, referee) if p.starts > self._starts[p.name]}
         self._starts = {p.name: p.starts for p in (world, referee)}
         if state.halted is not None:

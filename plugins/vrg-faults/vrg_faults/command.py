@@ -30,19 +30,19 @@ def fuzz(
     match: Annotated[str | None, typer.Argument(metavar="[GAME|match.toml]", help="The match.")] = None,
     protocol: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Single robots whose drives speak it, in place of matches; 'all' for each."),
+        typer.Option(metavar="NAME", help="Test single robots with these drives, in place of matches; or 'all'."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first match or robot.")] = 0,
-    games: Annotated[int, typer.Option(min=1, help="How many, each with a seed of its own.")] = 100,
+    games: Annotated[int, typer.Option(min=1, help="How many matches or robots, each with its own seed.")] = 100,
     faults: Annotated[int, typer.Option(min=0, help="Faults in each match.")] = 4,
     seconds: Annotated[float, typer.Option("--for", min=1.0, help="The longest match, s of simulated time.")] = 30.0,
 ) -> None:
     """Play matches in which processes, links and disks fail, and check what must hold whatever fails.
 
     All is simulated, in one thread and in simulated time: the nodes, the codec and the journal are those of a real
-    match. A seed gives the same match and the same faults each time. Of a match in which something does not hold the
-    fewest faults are found with which it does not. With --protocol, drives, bus and player of a single robot fail;
-    with --games 1 its life is printed step by step. The exit status is 1 if something did not hold.
+    match. A seed gives the same match and the same faults each time. If something does not hold in a match, the
+    command finds the fewest faults with which it does not. With --protocol, drives, bus and player of a single robot
+    fail; with --games 1 its life is printed step by step. The exit status is 1 if something did not hold.
     """
     if (match is None) is (protocol is None):
         raise typer.BadParameter("expected either a match or --protocol", param_hint="MATCH")

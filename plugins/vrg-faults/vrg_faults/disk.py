@@ -53,7 +53,7 @@ class Disk:
         self._go_on()
 
     def abandon(self) -> None:
-        """The process that waits for the jobs has died. Some of the first may be done all the same."""
+        """The process that waits for the jobs has died. Some of the first may be done anyway."""
         for _ in range(0 if self.stalled else self._random.randint(0, len(self._waiting))):
             self._finish()
         self._waiting.clear()

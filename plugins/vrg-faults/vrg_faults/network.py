@@ -103,7 +103,7 @@ class Network:
         return self.lines[name]
 
     def after(self, delay: float, action: Callable[[], object]) -> None:
-        """Let something happen after so many s."""
+        """Let something happen after this many s."""
         self.clock.at(self.clock.now() + delay, action)
 
     def carry(self, sender: "SimulatedSession", messages: Sequence[Payload]) -> None:

@@ -98,7 +98,7 @@ class Process:
         self._begin()
 
     def freeze(self) -> None:
-        """Freeze it. What comes for it waits, and so do its alarms and everything else that it would notice."""
+        """Freeze it. Its messages wait, and so do its alarms and everything else that it would notice."""
         if self.session is not None:
             self.frozen = True
             self.session.freeze(True)
@@ -211,7 +211,7 @@ class Process:
 
 
 class WorldProcess(Process):
-    """The process of the world, which owns match time. It goes on from its newest snapshot."""
+    """The process of the world, which owns match time. It continues from its newest snapshot."""
 
     snapshot: bytes | None = None
 

@@ -25,7 +25,7 @@ LEASE: Final = LEASE_MS / 1000.0
 
 
 class _Ends(dict[str, list[Arrive]]):
-    """What takes in the messages of a session, by key.
+    """The receivers of a session's messages, by key.
 
     Args:
         entries: of each subscription its key expression, and what takes in what it admits.

@@ -104,7 +104,7 @@ def test_a_changed_record_and_wrong_options_are_refused(vrg: Vrg, run: str, matc
         journal.write("\n")
     done = vrg(*whole)
     assert done.status == 1
-    assert "the instant from which the games go on is another" in done.err
+    assert "the instant from which the games go on differs" in done.err
 
 
 def test_games_go_on_in_the_engine_of_the_run_though_its_match_file_names_none(vrg: Vrg, run: str, match: Path) -> None:

@@ -61,7 +61,7 @@ def test_without_a_seal_an_honest_game_is_valid(match: Path) -> None:
     ("cheat", "words"),
     [
         ("Zones", "pass 1 of 1 is over, 2 minnows left: by the rules there is no such call"),
-        ("Stops", "nobody is there who may halt it: emergency stop by x"),
+        ("Stops", "nobody may halt it: emergency stop by x"),
         pytest.param("Points", "points is {'sharks': 0, 'minnows': 99} in the journal", marks=pytest.mark.thorough),
         pytest.param("Winner", "its journal or its evidence ends early", marks=pytest.mark.thorough),
         pytest.param("Code", "the journal lacks: ann is tagged", marks=pytest.mark.thorough),

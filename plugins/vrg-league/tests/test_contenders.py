@@ -15,5 +15,5 @@ def test_a_policy_in_a_folder_is_not_left_out_in_silence(monkeypatch: pytest.Mon
     (tmp_path / "x.npz").touch()
     found, _ = entered([str(tmp_path)], folders=True)
     assert [one.target for one in found] == [str(tmp_path / "x.npz")]
-    with pytest.raises(ConfigError, match="the package virtual-robotic-games-learn adds: in a clone `make setup`"):
+    with pytest.raises(ConfigError, match="the package virtual-robotic-games-learn adds: run `make setup`"):
         strategy_class(found[0].target, tmp_path)

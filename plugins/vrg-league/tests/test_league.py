@@ -155,7 +155,7 @@ def test_the_settings_of_a_league_are_fixed_and_its_games_are_played_again(vrg: 
     refused = vrg("league", "play", "class", "--games", "1")
     assert refused.status == 1
     assert "the release of VRG is" in refused.err
-    assert "--new-release goes on all the same" in refused.err
+    assert "--new-release continues anyway" in refused.err
     assert vrg("league", "play", "class", "--games", "1", "--new-release").status == 0
     assert len(rows(league)) == 3
 

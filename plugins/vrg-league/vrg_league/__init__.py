@@ -31,7 +31,7 @@ TOURNAMENT: Final = Command(
 LEAGUE: Final = Command(
     ("league",),
     "Compare",
-    "An ongoing tournament of players that may change: play, check",
+    "Run an ongoing tournament of players that may change: play, check",
     "vrg_league.league_command:app",
 )
 """The commands below `vrg league`."""

@@ -48,9 +48,9 @@ TeamMatchOption = Annotated[
     str | None, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
 ]
 LasersOption = Annotated[
-    bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
+    bool | None, typer.Option("--lasers/--no-lasers", help="Simulate lasers, or not, whatever the match file says.")
 ]
-JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")]
+JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; the default is one for each core.")]
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,9 @@ class EvaluationOptions:
             "--from", metavar="RUN@TIME", help="Play on from an instant of a run, in place of --match, as --team."
         ),
     ] = None
-    team: Annotated[
-        str | None, typer.Option(metavar="TEAM", help="The team that plays on from --from; the other one stays.")
-    ] = None
+    team: Annotated[str | None, typer.Option(metavar="TEAM", help="The team whose strategies vary with --from.")] = None
     games: Annotated[
-        int, typer.Option(min=1, help="The most games of two strategies; an odd number is rounded up.")
+        int, typer.Option(min=1, help="The most games between two strategies; an odd number is rounded up.")
     ] = 200
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")] = 0
     jobs: JobsOption = None
@@ -97,7 +95,7 @@ class EvaluationOptions:
 def compare(first: StrategyArgument, second: StrategyArgument, options: EvaluationOptions) -> None:
     """Let two strategies play many games, each seed twice with the sides swapped, until one is shown to be better.
 
-    If it is interrupted, the same command goes on where it stopped.
+    If it is interrupted, the same command continues where it stopped.
     """
     from vrg_league.comparison import Comparison
 
@@ -121,10 +119,10 @@ def tournament(
     options: EvaluationOptions,
     mirror: Annotated[bool, typer.Option("--mirror", help="Let each strategy play against itself, too.")] = False,
 ) -> None:
-    """Let each strategy play against each other one, as `vrg compare` does, and rate them all.
+    """Let every strategy play against every other one, as `vrg compare` does, and rate them all.
 
-    A strategy that cannot play is named and left out. `leaderboard.html` in the folder shows how it goes. If the
-    tournament is interrupted, the same command goes on where it stopped.
+    A strategy that cannot play is named and left out. `leaderboard.html` in the folder shows the progress. If the
+    tournament is interrupted, the same command continues where it stopped.
     """
     from vrg_league import standings
     from vrg_league.tournament import Tournament, write_leaderboard
@@ -179,7 +177,7 @@ def _experiment(
     setup, origin = _match_of(options)
 
     def tries(number: int) -> None:
-        console.print(f"{number} strategies play {TRIAL:g} s alone, to see whether they can")
+        console.print(f"{number} strategies play {TRIAL:g} s alone, to check whether they can play")
 
     def warn(text: str) -> None:
         console.print(f"[yellow]{escape(text)}[/yellow]", soft_wrap=True)
@@ -243,7 +241,7 @@ def _match_of(options: EvaluationOptions) -> "tuple[CheckedMatch, Origin | None]
     teams_of(setup, options.team)
     origin = origin_at(folder, duration()(instant), options.team)
     if options.limit <= origin.time:
-        raise ConfigError(f"--limit: expected more than the {origin.time:g} s at which the games go on")
+        raise ConfigError(f"--limit: expected more than the {origin.time:g} s at which the games continue")
     return setup, origin
 
 

@@ -18,8 +18,8 @@ _PICTURE: Final = "comparison.png"
 
 
 class Comparison:
-    """Which of two strategies is better, by the games that they have played. It has what was found when it was made,
-    and its folder holds that after `write`.
+    """The verdict on which of two strategies is better, by the games that they have played. It has what was found when
+    it was made, and its folder holds that after `write`.
 
     Args:
         experiment: it has one pairing. confidence: of its interval.

@@ -62,9 +62,9 @@ def enter(
     if (lacking := seal.missing()) is not None and any(map(decides_apart, playing)):
         if setup.sandbox:
             raise ConfigError([f"--sandbox, or `sandbox = true`: {lacking}"])
-        warning = f"the code of strategies is not sealed, and can do all that you can: {lacking}"
+        warning = f"the code of strategies is not sandboxed, and can do all that you can: {lacking}"
         if any(Path(target).is_dir() for target in targets):
-            raise ConfigError([f"{warning}; --no-sandbox lets the files of a folder play all the same"])
+            raise ConfigError([f"{warning}; --no-sandbox lets the files of a folder play anyway"])
         warn(warning)
     if leave_out:
         tries(len(found))

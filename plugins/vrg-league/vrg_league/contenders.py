@@ -32,8 +32,8 @@ class Contender(Struct, frozen=True, kw_only=True):
     Args:
         label: its short name in tables and in the names of files.
         target: the strategy as a match file names it, with the whole path if it is that of a file.
-        entry: the path of the entry of a folder that it is; see `vrg_league.entries`. Of what lies beside that it sees
-            nothing. Empty if it is none, and may import what lies beside its file.
+        entry: the path of the entry of a folder that it is; see `vrg_league.entries`. It sees nothing of what lies
+            beside that. Empty if it is not one, and may import what lies beside its file.
     """
 
     label: str
@@ -42,7 +42,7 @@ class Contender(Struct, frozen=True, kw_only=True):
 
     @property
     def source(self) -> Source | None:
-        """The files of its entry as they are now; None if it is none.
+        """The files of its entry as they are now; None if it is not one.
 
         Raises:
             ConfigError: they cannot be read.

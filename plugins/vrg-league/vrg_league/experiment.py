@@ -133,12 +133,12 @@ class Definition(Struct, frozen=True, kw_only=True):
             if ours != theirs:
                 found.append(f"{what} is {ours} now and was {theirs}")
         if self.origin != other.origin:
-            found.append("the instant from which the games go on is another")
+            found.append("the instant from which the games go on differs")
         names, before = ([c.target for c in d.contenders] for d in (self, other))
         if names != before:
             found.append(f"the strategies are {', '.join(names)} now and were {', '.join(before)}")
         if self.match != other.match:
-            found.append("the match file or an option that changes it (--engine, --lasers) is another")
+            found.append("the match file or an option that changes it (--engine, --lasers) differs")
         if names == before:
             changed = sorted(n for n in {*self.code, *other.code} if self.code.get(n) != other.code.get(n))
             found += [f"{name} has changed" for name in changed]

@@ -128,7 +128,7 @@ class ExperimentFolder:
         for team, target in strategies.items():
             for player in found.players:
                 if player.team == team and _end(player.strategy) != _end(target):
-                    text = f"expected {player.name} to play by {target}, found {player.strategy}"
+                    text = f"expected {player.name} to play with {target}, found {player.strategy}"
                     raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
 
@@ -200,7 +200,7 @@ class ExperimentFolder:
         before = read_definition(self.path)
         differences = self.definition.differences(before)
         if differences:
-            text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --output"
+            text = f"the games in it belong to another experiment: {'; '.join(differences)}: choose another --output"
             raise ConfigError(f"{self.path}: {text}")
 
     def _load(self) -> list[GameRecord]:

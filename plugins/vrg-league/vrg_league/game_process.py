@@ -1,4 +1,4 @@
-"""One game in a process of its own.
+"""One game in its own process.
 
 Each game has a fresh process, so that nothing that a strategy leaves behind in its modules can reach the next game, and
 the result of a game does not depend on which games its process has played before. A process that dies takes only its
@@ -120,7 +120,7 @@ class GameProcess:
             self._process.wait(EXIT_TIMEOUT)
             problem = f"the process of the game has ended with status {self._process.poll()}"
         except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            problem = f"the process of the game has not answered as a game does: {error}"
+            problem = f"the process of the game has sent an invalid answer: {error}"
         self.kill()
         if problem and self._told is not None:
             return playing.invalid(self._setup, self._told, f"its record cannot be judged: {problem}")
@@ -140,7 +140,7 @@ class GameProcess:
 
 
 def decides_apart(setup: CheckedMatch) -> bool:
-    """True if a strategy of a match decides in a process of its own when games of it are played, by default sealed.
+    """True if a strategy of a match decides in its own process when games of it are played, by default sealed.
 
     It does if it is a file, and nobody has said `--no-sandbox`, by which it is trusted.
     """

@@ -36,9 +36,9 @@ WRITTEN_EVERY: Final = 15.0
 """The real time in s between two times at which the pages are written."""
 
 LeagueOption = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Folder of the league; `league` in that of the entries.")
+    Path | None, typer.Option("--output", "-o", help="Folder of the league; by default FOLDER/league.")
 ]
-PagesOption = Annotated[Path | None, typer.Option(help="Folder of the pages; `pages` in the league's.")]
+PagesOption = Annotated[Path | None, typer.Option(help="Folder of the pages; by default `pages` in the league's.")]
 FolderArgument = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder of the authors' files.")]
 
 
@@ -51,9 +51,9 @@ class SettingOptions:
     lasers: LasersOption = None
     limit: Annotated[
         float | None,
-        typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off; an hour."),
+        typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off, an hour."),
     ] = None
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the first pair of games of two versions; 0.")] = None
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the first pair of games of two versions, 0.")] = None
 
 
 @app.command()
@@ -61,15 +61,15 @@ def play(
     folder: FolderArgument,
     settings: SettingOptions,
     games: Annotated[int | None, typer.Option(min=1, help="Games of this call; 100 without --for.")] = None,
-    seconds: Annotated[float | None, lasting("Real time in which games of this call begin.", least=1)] = None,
+    seconds: Annotated[float | None, lasting("Real time during which games of this call begin.", least=1)] = None,
     jobs: JobsOption = None,
     output: LeagueOption = None,
     pages: PagesOption = None,
-    new_release: Annotated[bool, typer.Option("--new-release", help="Go on, although VRG has changed.")] = False,
+    new_release: Annotated[bool, typer.Option("--new-release", help="Continue although VRG has changed.")] = False,
 ) -> None:
-    """Take in what authors have changed, play those games that make the ratings certain fastest, and write the pages.
+    """Take in the authors' changes, play the games that make the ratings certain fastest, and write the pages.
 
-    The first call makes the league, and needs --match. Each call goes on where the one before has stopped.
+    The first call makes the league, and needs --match. Each call continues where the one before stopped.
     """
     from vrg.launch.sandbox.seal import missing
     from vrg_league import standings
@@ -83,7 +83,7 @@ def play(
     if not folder.is_dir():
         raise ConfigError([f"{folder}: expected a folder of strategies, found none"])
     if (lacking := missing()) is not None:
-        raise ConfigError([f"a league seals the code of its entries, which this machine cannot do: {lacking}"])
+        raise ConfigError([f"a league sandboxes the code of its entries, which this machine cannot do: {lacking}"])
     where = pages or out / "pages"
     most = 100 if games is None and seconds is None else games
     until = None if seconds is None else time.monotonic() + seconds
@@ -136,7 +136,7 @@ def improve(
     authors: Annotated[Path, typer.Argument(metavar="AUTHORS", help="The file of the authors, such as authors.toml.")],
     output: LeagueOption = None,
 ) -> None:
-    """Let authors that are programs write the next versions of their entries, by a report of their games.
+    """Let authors that are programs write the next versions of their entries, from a report of their games.
 
     Each runs in a folder of its own in the league's, shut off from other files and from the network, and is noted in
     `authors/turns.jsonl` there. `vrg league play` then takes in what they have changed.
@@ -150,7 +150,7 @@ def improve(
     if not folder.is_dir():
         raise ConfigError([f"{folder}: expected a folder of strategies, found none"])
     if (why := lacking()) is not None:
-        raise ConfigError([f"a league seals its authors, which this machine cannot do: {why}"])
+        raise ConfigError([f"a league sandboxes its authors, which this machine cannot do: {why}"])
     turns, place = [], out / "authors"
     with open_league(out) as league_folder, stoppable() as stop:
         league = League(league_folder, match_of(out), wanted.authors.keys(), lambda _: False)
@@ -176,7 +176,7 @@ def check(
     lasers: LasersOption = None,
     jobs: JobsOption = None,
 ) -> None:
-    """Do with a strategy what a league does: read it, let it play alone, and let it play both sides of a game, sealed.
+    """Check a strategy as a league does: read it, let it play alone and both sides of a game, in a sandbox.
 
     The opponents are the strategies that come with the game, or the leader of a league.
     """
@@ -202,7 +202,7 @@ def check(
     else:
         setup = match_of(league)
     if (lacking := missing()) is not None:
-        console.print(f"[yellow]it is not sealed as in a league: {escape(lacking)}[/yellow]", soft_wrap=True)
+        console.print(f"[yellow]it is not sandboxed as in a league: {escape(lacking)}[/yellow]", soft_wrap=True)
 
     def read(source: "Source") -> None:
         number = "1 file" if len(source.files) == 1 else f"{len(source.files)} files"

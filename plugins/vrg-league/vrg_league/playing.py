@@ -1,4 +1,4 @@
-"""One game, played in a process of its own, and judged again in another one."""
+"""One game, played in its own process, and judged again in another one."""
 
 import contextlib
 import faulthandler
@@ -70,7 +70,7 @@ def played(setup: CheckedMatch, folder: RunFolder, limit: float, server: ForkSer
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
     ended, halted = _ended(ending.state), ending.state.halted
-    why = f"play was halted, and nobody could continue it: {halted}" if halted else "it reached the limit of match time"
+    why = f"play was halted, and nobody could resume it: {halted}" if halted else "it reached the limit of match time"
     return Played(
         ended=ended,
         problem=why if ended == BROKEN_OFF else "",
@@ -149,7 +149,7 @@ def _without_officials(entry: Entry, failing: Sequence[str]) -> str | None:
     A player whose code has failed for good, as `failing` tells, is disqualified by a decision, too.
     """
     if isinstance(entry, Halted) and entry.cause == EMERGENCY_STOP:
-        return f"nobody is there who may halt it: {entry.reason}"
+        return f"nobody may halt it: {entry.reason}"
     if not isinstance(entry, Decided):
         return None
     official = entry.official
@@ -207,7 +207,7 @@ def main(arguments: Sequence[str]) -> int:
         if reported and "shown" in arguments[2:]:
             try:
                 write_whole(folder / SHOWN, gzip.compress(shown(setup, run).encode(), mtime=0))
-            except Exception:  # a game that cannot be shown, by the rules of any game, counts all the same
+            except Exception:  # a game that cannot be shown, by the rules of any game, counts anyway
                 logging.exception("the game cannot be shown")
     finally:
         server.close()

@@ -1,6 +1,6 @@
 """Games on a cluster of Ray (https://www.ray.io).
 
-A task of Ray calls `play` in a worker of Ray's, and this plays the game in a process of its own below the worker, as on
+A task of Ray calls `play` in a worker of Ray's, and this plays the game in its own process below the worker, as on
 this computer: a strategy that ends its process, or hangs, does not harm the worker. Ray itself does not repeat tasks,
 so that the games that were played again are counted in one place.
 """
@@ -173,7 +173,7 @@ class RayWorkers(Workers):
             why = f"{DEATHS} workers of the cluster have died of it: {_brief(error)}"
             return Answer(played=Played(ended=FAILED, problem=why))
         except errors.RayError as error:
-            raise LaunchError(f"the cluster has failed: {_brief(error)}: the same command goes on") from None
+            raise LaunchError(f"the cluster has failed: {_brief(error)}: the same command continues") from None
         return answer
 
     def cancel(self, game: ScheduledGame) -> None:

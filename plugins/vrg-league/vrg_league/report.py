@@ -103,10 +103,8 @@ def irregular(rows: Sequence[GameRecord]) -> list[str]:
     for winner in (None, *labels):
         games = [row for row in rows if row.played.ended == INVALID and row.winner == winner]
         if games:
-            what = (
-                _counts(len(games)) if winner is None else f"won by {winner}, as only its opponent can have done that"
-            )
-            why = f"the record of {_games(len(games))} is not what the rule book says, so something has changed it"
+            what = _counts(len(games)) if winner is None else f"won by {winner}, as only its opponent can have done it"
+            why = f"the record of {_games(len(games))} is not what the rule book says, so it was tampered with"
             found.append(
                 f"{why}: {what}: {_named(games)} (such as {shortened(games[0].played.problem, PROBLEM_LENGTH)})"
             )

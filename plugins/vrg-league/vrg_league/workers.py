@@ -1,4 +1,4 @@
-"""Several games at a time, each in a process of its own."""
+"""Several games at a time, each in its own process."""
 
 import shutil
 import time

@@ -98,7 +98,7 @@ def test_rewards_are_those_of_calls_and_of_winning(made: tuple[Path, list[vrg.Ru
 def test_what_is_there_is_not_written_over(made: tuple[Path, list[vrg.Run]]) -> None:
     place, runs = made
     done = invoke("run", "export", str(runs[0].path), "--lerobot", "--output", str(place))
-    assert "already there" in str(done.exception)
+    assert "exists already" in str(done.exception)
 
 
 @pytest.mark.skipif(importlib.util.find_spec("lerobot") is None, reason="LeRobot is not installed")

@@ -236,7 +236,7 @@ def test_a_table_without_what_is_asked_for_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="expected decisions of players that might move, found none"):
         read(file, team="red")
     written(able=True)
-    with pytest.raises(ConfigError, match="of those that were chosen none is"):
+    with pytest.raises(ConfigError, match="none of the chosen ones is"):
         read(file, team="red", won=True)
 
 

@@ -11,7 +11,7 @@ from vrg.plugins import Command
 
 EXPORT: Final = Command(
     ("run", "export"),
-    "Look at a recorded run; RUN is the newest in the folder runs, if none is named",
-    "What players saw and did, as a table to learn from",
+    "Look at a recorded run (RUN; by default the newest in the folder runs)",
+    "Write what players saw and did as a table to learn from",
     "vrg_learn.export_command:export",
 )

@@ -50,7 +50,7 @@ _INSTEAD: Final[dict[int, Any]] = {
     id(geometry.wrap): _wrap,
     **{id(kind): _tuple_of(kind) for kind in (types.Pose, types.Twist, regions.Circle, shapes.Box, shapes.Gap)},
 }
-"""What stands in machine code for what numba does not know, by its id."""
+"""The machine code for objects that numba does not know, by their ids."""
 
 
 def hole(*_: Any) -> Any:

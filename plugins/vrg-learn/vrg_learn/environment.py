@@ -158,7 +158,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         """The motions of all decisions of the match that is played."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """What a copy is made from."""
+        """The data from which a copy is made."""
         options = {
             "learners": self.possible_agents, "raw": self._raw, "shaping": self._shaping, "gamma": self._gamma,
             "max_time": self._max_time, "render_mode": self.render_mode, "strict": self._strict,
@@ -448,7 +448,7 @@ def _seed(seed: object) -> int:
     """A seed as a number.
 
     Raises:
-        ConfigError: it is none.
+        ConfigError: it is not one.
     """
     try:
         number = operator.index(seed)  # type: ignore[arg-type]

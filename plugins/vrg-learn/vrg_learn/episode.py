@@ -1,4 +1,4 @@
-"""One match that goes on from decision to decision, in which programs drive some players."""
+"""One match that continues from decision to decision, in which programs drive some players."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 
@@ -143,7 +143,7 @@ class Episode:
                 self._state, self.bodies = state, watch.bodies
                 return watch.taken()
             if state is not None and state.halted is not None:
-                raise LaunchError(f"play is halted, and nobody is there to let it go on: {state.halted}")
+                raise LaunchError(f"play is halted, and nobody is there to resume it: {state.halted}")
             self._finish()
 
     def _begin(self) -> None:
@@ -168,7 +168,7 @@ class Episode:
             if isinstance(error.__cause__, KeyboardInterrupt):
                 raise error.__cause__ from None
             who = "; ".join(getattr(error, "__notes__", ()))
-            raise StrategyError(f"{error} ({who}): the match cannot go on; reset() begins another one") from error
+            raise StrategyError(f"{error} ({who}): the match cannot continue; reset() begins another one") from error
 
     def _player(self, name: str) -> Player:
         if name not in self._driven:

@@ -24,12 +24,12 @@ def export(
         typer.Argument(metavar="[RUN ...]", help="Run folders, or names in the folder runs. Without any, the newest."),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The file to write, or the folder; pairs.parquet, or lerobot.")
+        Path | None, typer.Option("--output", "-o", help="The file or folder to write; pairs.parquet, or lerobot.")
     ] = None,
     lerobot: Annotated[
         bool, typer.Option("--lerobot", help="Write a data set of LeRobot: an episode for each player and round.")
     ] = False,
-    replace: Annotated[bool, typer.Option("--replace", help="Write over the file if it is there already.")] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Overwrite the file if it exists.")] = False,
 ) -> None:
     """Write what each player saw and did at each decision of these runs, for programs that learn.
 
@@ -41,7 +41,7 @@ def export(
 
     output = output or Path("lerobot" if lerobot else "pairs.parquet")
     if output.is_file() and not replace:
-        raise ConfigError(f"{output}: already there: name another file by --output, or write over it by --replace")
+        raise ConfigError(f"{output}: exists already: name another file with --output, or overwrite it with --replace")
     found = [_of(run) for run in runs] if runs else [_of(None)]
     _check_names([folder for folder, _ in found])
     headings = []
@@ -54,7 +54,7 @@ def export(
             first = found[0][0]
             raise ConfigError(
                 f"{folder.path}: expected a run like {first.path}, {_kind(headings[0])}, got {_kind(heading)}: "
-                "export them apart"
+                "export them separately"
             )
     if lerobot:
         episodes, count = write_lerobot(output, headings[0], found[0][1].players[0].model, _episodes(found))
@@ -88,7 +88,7 @@ def _check_names(folders: "list[RunFolder]") -> None:
             raise ConfigError(f"{path}: expected each run once, got this one twice: name it once")
         if whole.name in known:
             raise ConfigError(
-                f"{path}: expected folders of different names, by which the table tells runs apart, got also "
+                f"{path}: expected folders of different names, by which the table distinguishes runs, but also got "
                 f"{known[whole.name]}: rename one of them"
             )
         known[whole.name] = whole

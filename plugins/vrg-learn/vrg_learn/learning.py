@@ -23,7 +23,7 @@ from vrg.types import Vector
 
 
 class Reward(NamedTuple):
-    """The rewards for one call of the referee. Who is concerned twice is given both.
+    """The rewards for one call of the referee. A player that is concerned twice gets both.
 
     Args:
         first: of the first player that the call names. others: of each other player that it names.

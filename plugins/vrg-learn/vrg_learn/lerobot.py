@@ -35,7 +35,7 @@ CHUNK: Final = 1000
 _DATA: Final = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 _EPISODES: Final = "meta/episodes/chunk-000/file-000.parquet"
 QUANTILES: Final = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
-"""The quantiles that are told of each column, by LeRobot's names for them."""
+"""The quantiles that are reported for each column, by LeRobot's names for them."""
 _COUNTED: Final = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 """The columns that every data set has."""
 
@@ -100,7 +100,7 @@ def write(folder: Path, heading: Heading, robot: str, runs: Iterable[Iterable[Re
         ConfigError: it cannot be written, or there is nothing to write. Exception: what `runs` raises.
     """
     if folder.exists():
-        raise ConfigError(f"{folder}: already there: name another folder by --output")
+        raise ConfigError(f"{folder}: exists already: name another folder with --output")
     partial = folder.with_name(f".{folder.name}.partial")
     shutil.rmtree(partial, ignore_errors=True)
     book = _Book(partial, heading)

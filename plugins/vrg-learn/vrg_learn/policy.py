@@ -111,7 +111,7 @@ def load(file: Path) -> Policy:
     """Read a policy file.
 
     Raises:
-        ConfigError: it is none, or not one of this version of VRG; the message says what is wrong.
+        ConfigError: it is not one, or not one of this version of VRG; the message says what is wrong.
     """
     arrays = _read(file)
     text = arrays.pop(HEADER, None)
@@ -123,7 +123,7 @@ def load(file: Path) -> Policy:
         if got != expected:
             raise ConfigError(
                 f"{file}: expected a policy that sees what this version of VRG shows in {header.game}, but "
-                f"{_difference(part, expected, got)}: train it anew"
+                f"{_difference(part, expected, got)}: train it again"
             )
     _check_arrays(file, header, arrays)
     log_std = arrays.pop(SPREAD)
@@ -173,7 +173,7 @@ def _header(file: Path, text: str) -> Header:
         number = msgspec.json.decode(text, type=_Format).format
         if number != FORMAT:
             raise ConfigError(
-                f"{file}: expected a policy file of format {FORMAT}, got {number}: train it anew, or use the version "
+                f"{file}: expected a policy file of format {FORMAT}, got {number}: train it again, or use the version "
                 "of VRG that wrote it"
             )
         return msgspec.json.decode(text, type=Header)
@@ -183,7 +183,7 @@ def _header(file: Path, text: str) -> Header:
 
 def _difference(part: str, expected: Sequence[str], got: Sequence[str]) -> str:
     if len(expected) != len(got):
-        return f"of the values {part!r} there are {len(expected)}, and it was trained with {len(got)}"
+        return f"there are {len(expected)} values {part!r}, and it was trained with {len(got)}"
     number = next(n for n, pair in enumerate(zip(expected, got, strict=True)) if pair[0] != pair[1])
     return f"value {number} of {part!r} is {expected[number]!r}, and it was trained with {got[number]!r}"
 
@@ -199,8 +199,8 @@ def _check_arrays(file: Path, header: Header, arrays: Mapping[str, np.ndarray]) 
         raise ConfigError(f"{file}: expected the arrays of a policy, found no {', '.join(missing)}: {_WRITTEN_BY}")
     if strange := [name for name in arrays if name not in expected]:
         raise ConfigError(
-            f"{file}: expected the arrays of a policy alone, found {', '.join(sorted(strange)[:5])} too: if this is "
-            "what a training goes on from, name the policy that it writes beside it"
+            f"{file}: expected the arrays of a policy alone, found {', '.join(sorted(strange)[:5])} too: if a "
+            "training continues from this file, name the policy that it writes beside it"
         )
     for name, shape in expected.items():
         array = arrays[name]
@@ -261,7 +261,7 @@ def player_of(file: Path) -> type[PolicyPlayer]:
     """The class of the players that play by a policy file, which is read now.
 
     Raises:
-        ConfigError: it is none; see `load`.
+        ConfigError: it is not one; see `load`.
     """
     learned = load(file)
 

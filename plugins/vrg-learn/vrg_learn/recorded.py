@@ -40,7 +40,7 @@ _TINY: Final = 1e-6
 
 
 class DrivenBy(StrEnum):
-    """What a player was driven by. Its strategy cannot choose it, as it can the mode that it reports."""
+    """The source of a player's commands. Its strategy cannot choose it, as it can the mode that it reports."""
 
     STRATEGY = "strategy"
     HUMAN = "human"

@@ -20,7 +20,7 @@ class StateLayout:
 
     Of each player there are its true place from the middle of the field (as a fraction of the diagonal), the cosine and
     the sine of its heading, its velocity ahead, to the left and of turning (as fractions of its robot's top speeds),
-    and which role and which state it has. Of each thing of the game, such as a flag, there is who carries it. Last come
+    and which role and which state it has. For each thing of the game, such as a flag, there is its carrier. Last come
     the time that is left, the round, and the points of each team in relation to all points.
 
     Args:

@@ -169,7 +169,7 @@ def read(file: Path, **only: str | bool) -> tuple[str, Pairs]:
         if not len(table):
             if name == "won":
                 raise ConfigError(
-                    f"{file}: expected decisions with `won` {value}, but of those that were chosen none is: choose "
+                    f"{file}: expected decisions with `won` {value}, but none of the chosen ones is: choose "
                     "other players or runs, or leave this choice out"
                 )
             raise ConfigError(f"{file}: {name}: expected one of {', '.join(map(str, known))}, got {value}")
@@ -194,5 +194,5 @@ def _heading(file: Path, metadata: Mapping[bytes, bytes]) -> Heading:
     own, slot = map(len, layout_of(learning))
     players = 1 + max(0, len(heading.observation) - own) // slot
     if heading.format != FORMAT or heading.observation != tuple(names(learning, players)):
-        raise ConfigError(f"{file}: expected what this version of VRG shows in {heading.game}: export the runs anew")
+        raise ConfigError(f"{file}: expected what this version of VRG shows in {heading.game}: export the runs again")
     return heading

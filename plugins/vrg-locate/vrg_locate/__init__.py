@@ -6,8 +6,8 @@ from vrg.plugins import Command
 
 CALIBRATE: Final = {
     "Measure a camera": {
-        "lens": ("vrg_locate.calibrate_command:lens", "How its lens draws, from pictures of a printed board"),
-        "field": ("vrg_locate.calibrate_command:field", "Where it is, by tags or points on the floor"),
+        "lens": ("vrg_locate.calibrate_command:lens", "Measure its lens, from pictures of a printed board"),
+        "field": ("vrg_locate.calibrate_command:field", "Find where it is, by tags or points on the floor"),
     }
 }
 LOCATE_TABLE: Final = {
@@ -23,7 +23,7 @@ LOCATE: Final = Command(
 )
 REPORT: Final = Command(
     ("run", "report"),
-    "Look at a recorded run; RUN is the newest in the folder runs, if none is named",
+    "Look at a recorded run (RUN; by default the newest in the folder runs)",
     "Compare robots with their simulation, and calibrate them",
     "vrg_locate.report_command:report",
 )

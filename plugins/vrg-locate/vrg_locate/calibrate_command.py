@@ -22,16 +22,16 @@ def _squares(text: str) -> tuple[int, int]:
 
 
 def lens(
-    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES...", help="Pictures of the board, 20 or so.")],
+    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES...", help="Pictures of the board, about 20.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The camera's file to write.")] = Path("cam.toml"),
     chessboard: Annotated[
         tuple[int, int] | None,
-        typer.Option(metavar="COLUMNSxROWS", parser=_squares, help="A chessboard of so many squares, without markers."),
+        typer.Option(metavar="COLUMNSxROWS", parser=_squares, help="A chessboard of this size, without markers."),
     ] = None,
 ) -> None:
-    """Find out how a camera's lens draws, from pictures of the board that `vrg locate board` prints.
+    """Measure a camera's lens, from pictures of the board that `vrg locate board` prints.
 
-    A place in the file is lost, as it was measured with another lens.
+    A place in the file is removed, because it was measured with another lens.
     """
     from vrg_locate.camera.calibration import CameraFile, LensTable, camera_text
     from vrg_locate.camera.detection import grey_of
@@ -136,9 +136,9 @@ def field(
     typer.echo(
         f"Written to {calibration}."
         + (
-            " Leave the tags there: they tell whether the camera is moved."
+            " Leave the tags there: they show whether the camera is moved."
             if len(floor) >= 2
-            else " Nothing will tell whether the camera is moved: lay at least two tags on the floor, and name them by "
-            "--tag, or poses are known worse and worse."
+            else " Nothing will tell whether the camera is moved: lay at least two tags on the floor, and name them "
+            "with --tag, or poses become less and less certain."
         )
     )

@@ -27,7 +27,7 @@ def tags(
     match: GameArgument,
     size: Annotated[
         float | None,
-        typer.Option(min=0.01, max=1.0, help="Sides of the black square, m; as in the match file, or 0.15."),
+        typer.Option(min=0.01, max=1.0, help="Side of the black square, m; the default is the match file's, or 0.15."),
     ] = None,
     floor: Annotated[
         list[int] | None,
@@ -115,7 +115,7 @@ def show(
     ] = "opencv",
     output: Annotated[Path, typer.Option("--output", "-o", help="The PNG file to write.")] = FOUND,
 ) -> None:
-    """Find the tags in a picture, tell where they are, and draw them."""
+    """Find the tags in a picture, print where they are, and draw them."""
     from vrg_locate.camera.calibration import load_camera
     from vrg_locate.camera.detection import grey_of
     from vrg_locate.camera.drawing import drawn, encoded, words_of
@@ -151,7 +151,7 @@ def detected(grey: "Picture", prints: "Prints" = "opencv") -> "list[Tag]":
         numbers = ", ".join(str(tag.number) for tag in mirrored)
         raise ConfigError(
             f"the picture is mirrored: turned left to right it has the tags {numbers}. Switch mirroring off in the "
-            "camera's settings, or print the tags anew if they are mirrored"
+            "camera's settings, or print the tags again if they are mirrored"
         )
     return found
 

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 def report(
     run: RunArgument = None,
-    player: Annotated[str, typer.Option("--calibrate", help="A player whose robot's calibration is written.")] = "",
-    output: Annotated[Path | None, typer.Option(help="Its file; without it, NAME.cal.toml.")] = None,
+    player: Annotated[str, typer.Option("--calibrate", help="Write the calibration of this player's robot.")] = "",
+    output: Annotated[Path | None, typer.Option(help="The calibration file; the default is NAME.cal.toml.")] = None,
     fitted: Annotated[
         Path | None, typer.Option(help="A match file to write: the match, with robots that move as these did.")
     ] = None,
@@ -32,8 +32,8 @@ def report(
 ) -> None:
     """Compare robots with their simulation, find the numbers that explain the difference, and write them to files.
 
-    Of each robot with `localisation = "fusion"` it prints how it follows commands, what its odometry is off by, and how
-    far from it the simulated robot ends up that is given the same commands.
+    For each robot with `localisation = "fusion"` it prints how the robot follows commands, how far its odometry is off,
+    and how far away a simulated robot ends up with the same commands.
     """
     from vrg_locate.robots import as_driven, calibration_of, findings_of, read_learned
 

@@ -101,7 +101,7 @@ class LiveStream(Generic[Item]):
         raise NotImplementedError
 
     def silent(self, silence: float) -> str:
-        """That nothing has arrived for so many seconds, in words, with what to do."""
+        """Says that nothing has arrived for this many seconds, and what to do."""
         raise NotImplementedError
 
     def _run(self) -> None:
@@ -120,8 +120,8 @@ class LiveStream(Generic[Item]):
 class Pace:
     """Takes of what comes in at most so much in a second.
 
-    What is of several things is counted apart: by VRPN rigid bodies come one by one, with empty frames between them, so
-    a count of frames would leave out most of what has been measured, and of two perhaps always the same one.
+    Reports on several things are counted separately: by VRPN rigid bodies come one by one, with empty frames between
+    them, so a count of frames would leave out most of what has been measured, and of two perhaps always the same one.
 
     Args:
         rate: the most that is taken of each thing in a second.

@@ -82,7 +82,7 @@ def test_a_folder_that_is_gone_is_told_and_so_is_a_mistake_of_a_tool(
     monkeypatch.setattr(PlayerFolder, "names", broken)
     found = called(server, "list_folder")
     assert found["wrong"]
-    assert "mistake of VRG" in found["answer"]
+    assert "mistake in VRG" in found["answer"]
     [fault] = found["quoted"]["faults"]
     assert fault["text"].startswith("ZeroDivisionError: division by zero")
     assert "/home/ann" not in str(found)

@@ -11,7 +11,7 @@ from vrg.launch.sandbox.seal import missing
 
 def mcp(
     folder: Annotated[
-        Path, typer.Argument(metavar="[FOLDER]", help="The folder of the players, and of the runs; it is made.")
+        Path, typer.Argument(metavar="[FOLDER]", help="The folder of the players and runs; it is made if missing.")
     ] = Path("players"),
     match: Annotated[
         list[Path] | None,
@@ -31,7 +31,7 @@ def mcp(
     from vrg_mcp.server import server_of
 
     if (lacking := missing()) is not None:
-        raise ConfigError(f"{lacking}: what an agent writes is played only where it can be sealed")
+        raise ConfigError(f"{lacking}: what an agent writes is played only in a sandbox")
     # No shell has read what stands in the settings of a client.
     players, files = PlayerFolder(_whole(folder)), [_whole(file) for file in match or []]
     server_of(players, matches(files), official=official).run("stdio")

@@ -58,7 +58,7 @@ class Jobs:
             ConfigError: too many calls wait, or it took too long. VrgError: it could not be done.
         """
         if self._asked >= WAITING:
-            raise ConfigError(f"one game is played at a time, and {WAITING - 1} calls wait: call again when they ended")
+            raise ConfigError(f"one game is played at a time, and {WAITING - 1} calls wait: call again when they end")
         self._asked += 1
         try:
             async with self._turn:

@@ -96,7 +96,7 @@ def _checked(name: str) -> str:
     """The name of a file that may be written.
 
     Raises:
-        ConfigError: it is none, or the file could hide a module.
+        ConfigError: it is not one, or the file could hide a module.
     """
     if not NAME.fullmatch(name):
         wanted = "the name of a file without a folder, up to 40 letters, digits and _, such as ann.py"

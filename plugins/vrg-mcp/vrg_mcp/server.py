@@ -100,19 +100,19 @@ class Tools:
         players = dict.fromkeys(knowledge.teams_of(self._match(match)), str(self._folder.path_of(file)))
         found = await self._run("play", **self._of(match), players=players, seed=0, seconds=CHECK)
         drove, faults = {p["name"]: p["drove_m"] for p in found["players"]}, found["faults_in_all"]
-        after = "mend the faults in `quoted`" if faults else "play_match against a built-in strategy"
+        after = "fix the faults in `quoted`" if faults else "play_match against a built-in strategy"
         return told(f"It played with {faults} faults.", after, _quotes(found), wrong=faults > 0, drove_m=drove)
 
     async def practice(self, file: PlayerName, seconds: Seconds = 20.0, map: MapName = "open") -> CallToolResult:
         """Let a player drive alone on a map, without zones or rules: its places (s, m, m, rad) and its prints."""
         time, place = number("seconds", seconds, 1.0, 120.0), known("map", map, MAPS.names())
         found = await self._run("practice", player=str(self._folder.path_of(file)), map_=place, seconds=time)
-        return told("It was let drive.", "play_match", _quotes(found), run=found["run"], players=found["players"])
+        return told("It drove alone.", "play_match", _quotes(found), run=found["run"], players=found["players"])
 
     async def play_match(
         self, match: MatchName, strategies: ByTeam, seed: Seed = 0, seconds: Seconds = SECONDS
     ) -> CallToolResult:
-        """Play one game; teams that are not named play by their built-in strategy. It leaves a run."""
+        """Play one game; teams that are not named play with their built-in strategy. The game is recorded as a run."""
         teams, time = knowledge.teams_of(self._match(match)), number("seconds", seconds, 1.0, SECONDS)
         players = {known("team", team, teams): self._strategy(name, match) for team, name in strategies.items()}
         seed = int(number("seed", seed, 0, 1_000_000))
@@ -132,7 +132,7 @@ class Tools:
             games=int(number("games", games, 2, GAMES)), seed=int(number("seed", seed, 0, 1_000_000)),
         )  # fmt: skip
         more = found.pop("interrupted") and found["result"] == "undecided"
-        after = "the same call again, which goes on" if more else "change one thing and compare again, or stop here"
+        after = "the same call again, which continues" if more else "change one thing and compare again, or stop here"
         return told(f"{first} is {found['result']} against {second}.", after, _quotes(found), **found)
 
     async def read_run(self, run: RunName) -> CallToolResult:
@@ -210,7 +210,7 @@ class Server(MCPServer[None]):
         except UnexpectedToolError as error:
             log.exception("the tool %s has failed", name)
             why = f"{type(error.__cause__).__name__}: {error.__cause__}"
-            words = "it failed by a mistake of VRG, not of the call: another call may still work"
+            words = "it failed because of a mistake in VRG, not in the call: another call may still work"
             return told(words, "read `quoted`, and tell the person", {"faults": [fault(why)]}, wrong=True)
         except ToolError as error:
             if isinstance(error.__cause__, ValidationError):

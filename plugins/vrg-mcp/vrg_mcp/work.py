@@ -55,7 +55,7 @@ _LOG: Final = 100_000
 _SIZE: Final = (900, 760)
 """The pixels of a picture of the field."""
 _SAMPLES: Final = 12
-"""The number of places of a robot that are told."""
+"""The number of places of a robot that are reported."""
 
 
 class WorkError(VrgError):
@@ -251,7 +251,7 @@ def decide(_server: ForkServer, action: str, reason: str, runs: str) -> dict[str
 
     on = groups.DecisionOptions(reason=reason)
     if action == "resume" and matches.attached(on).known_setup().physical:
-        raise ConfigError("the match has physical robots: a person lets them drive, by `vrg official resume`")
+        raise ConfigError("the match has physical robots: a person lets them drive, with `vrg official resume`")
     with contextlib.redirect_stdout(io.StringIO()) as words:
         try:
             {"halt": official.halt, "resume": official.resume, "end": official.end}[action](**vars(on))
@@ -279,7 +279,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
         threading.Thread(target=_ends_with, args=(channel,), daemon=True).start()
         try:
             answer = work(server, **task)
-        except Exception as error:  # the agent is told of a mistake of ours in words, too
+        except Exception as error:  # the agent also gets words about a mistake of ours
             if not isinstance(error, VrgError):
                 traceback.print_exc()  # into the log of the server
             what = str(error) if isinstance(error, VrgError) else f"{type(error).__name__}: {error}"

@@ -66,7 +66,7 @@ def test_the_place_of_a_match_has_what_ros_nodes_need(stand_in: MatchSetup) -> N
 
 
 def test_players_that_nothing_drives_are_named(stand_in: MatchSetup) -> None:
-    assert undriven(stand_in) == ["bot: driven by `vrg show ros` alone: run that, or play with --show ros"]
+    assert undriven(stand_in) == ["bot: driven only by `vrg show ros`: run that, or play with --show ros"]
     assert undriven(stand_in, ["ros"]) == []
     assert undriven(load_match(EXAMPLES / "turtlebot.toml")) == []
 
@@ -117,7 +117,7 @@ def test_the_command_line_has_it_all(vrg: Vrg) -> None:
     assert "ros" in vrg("show").out
     said = vrg("check", str(EXAMPLES / "stand_in.toml"))
     assert said.status == 0
-    assert "note: bot: driven by `vrg show ros` alone" in said.out
+    assert "note: bot: driven only by `vrg show ros`" in said.out
     for typed in ("--ros", "--show=ros"):
         done = vrg("play", "sharks-and-minnows", "--in-process", typed)
         assert done.status == 2
@@ -143,4 +143,4 @@ def test_the_doctor_looks_for_nodes_of_ros(monkeypatch: pytest.MonkeyPatch) -> N
     found = check.check()
     assert (found.what, found.good) == ("ROS 2", None)
     assert "expected a whole number from 0 to 232, got '300'" in found.text
-    assert "take Jazzy or later" in found.text
+    assert "use Jazzy or later" in found.text

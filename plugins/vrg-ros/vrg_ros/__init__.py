@@ -12,7 +12,7 @@ DRIVEN: Final = "ros"
 
 KIND: Final = Kind(
     name="ros",
-    about="the match in ROS 2, without ROS",
+    about="the match in ROS 2, with no ROS needed here",
     seats=(SeatKind.OFFICIAL, SeatKind.WINDOW),
     process="ros",
     pulse="spectator",
@@ -20,7 +20,7 @@ KIND: Final = Kind(
     command="vrg_ros.command:ros",
     shown="ros",
     opens="vrg_ros.command:open_ros",
-    option=Option("--ros", "Let ROS 2 see it, and drive players with the strategy ros."),
+    option=Option("--ros", "Let ROS 2 see the match, and drive players with the strategy ros."),
     needs={"xxhash": Package("virtual-robotic-games-ros", ("xxhash",))},
     drives=DRIVEN,
     views=True,

@@ -20,7 +20,7 @@ def check() -> Finding:
     except VrgError as error:
         texts.append(str(error))
     if distribution == "humble":
-        texts.append("Humble and VRG cannot exchange messages, as it has no hashes of types: take Jazzy or later")
+        texts.append("Humble and VRG cannot exchange messages, as Humble has no hashes of types: use Jazzy or later")
     elif used != wanted:
         texts.append(
             f"in the terminals of ROS 2: export RMW_IMPLEMENTATION={wanted}, and for another router than "

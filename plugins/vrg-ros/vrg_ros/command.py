@@ -58,7 +58,7 @@ def typed_domain() -> int:
     """The domain in the environment.
 
     Raises:
-        ConfigError: it is none.
+        ConfigError: it is not one.
     """
     typed = os.environ.get(DOMAIN) or "0"
     if not typed.isdecimal() or int(typed) > 232:

@@ -255,7 +255,7 @@ class RosDriver(Driver):
                 self._clock.sleep(0.2)
                 continue
             if others := commanders(graph, self._cmd_vel):
-                log.warning("%s: %s is commanded by %s, too: stop that", self.name, self._cmd_vel, " and ".join(others))
+                log.warning("%s: %s is commanded by %s, too: stop it", self.name, self._cmd_vel, " and ".join(others))
             return of
 
     def _run(self, node: "RosNode", of: str, others: Callable[[], bool]) -> None:
@@ -319,7 +319,7 @@ class RosDriver(Driver):
     def _odometry(self, message: Mapping[str, Any], now: float) -> None:
         """Take in odometry. Needs the lock."""
         if self._reported.odometry(message, now) and not self._reported.jumps(now):
-            log.warning("%s: its odometry has begun anew; it is taken to stand where it was", self.name)
+            log.warning("%s: its odometry has restarted; the robot is taken to stand where it was", self.name)
 
     def _fault(self) -> str | None:
         """The reason why the robot must not drive. Needs the lock."""
@@ -343,11 +343,11 @@ class RosDriver(Driver):
         delay = self._reported.delay()
         if age - delay <= ODOMETRY_TIMEOUT < delay:
             return (
-                f"the odometry on {self._odom} is {delay:.1f} s old when it comes: the link is slow, or the robot's "
+                f"the odometry on {self._odom} is {delay:.1f} s old when it arrives: the link is slow, or the robot's "
                 "clock has stood still (a simulated robot needs `use_sim_time = true` in the match file)"
             )
         problem = "" if self._node is None else self._node.problems.get(self._odom, "")
-        why = f", but what is left out: {problem}" if problem else ""
+        why = f", but messages are dropped: {problem}" if problem else ""
         return f"no odometry on {self._odom} {'yet' if age == math.inf else f'for {age:.1f} s'}{why}"
 
     def _wanted(self) -> Twist | None:

@@ -175,7 +175,7 @@ class RosNode:
         self._left_out[topic] += 1
         self.problems[topic] = str(problem)[:SHOWN]
         if is_power_of_ten(count := self._left_out[topic]):
-            log.warning("%s: a message is left out (number %d): %s", topic, count, self.problems[topic])
+            log.warning("%s: a message is dropped (number %d): %s", topic, count, self.problems[topic])
 
     def _send(self, publisher: Publisher, message: Message) -> None:
         publisher.sequence += 1

@@ -133,7 +133,7 @@ class RosPublisher(Node):
             if call.body.poses:
                 note = ros.note(call.stamp, call.body.number, call.body.text, call.body.poses[0], CALL_SHOWN)
                 self._publish_markers([note])
-        # What came while this process, or the match, stood still is no command for now.
+        # A command that came while this process, or the match, stood still does not count now.
         rate = 1.0 if clock is None else clock.body.rate
         awake = tick.live and 0.0 <= tick.time - self._ticked < ASLEEP * match_speed(rate)
         self._ticked = tick.time
@@ -161,7 +161,7 @@ class RosPublisher(Node):
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
 
     def _drive(self, robot: str, command: ros.Fields, rate: float) -> None:
-        """Pass a command on, slowed down to what the robot can do on the same curve. What is no number is left out."""
+        """Pass a command on, slowed down to what the robot can do on the same curve. NaN is left out."""
         model = self._robots[robot]
         shares = command["linear"]["x"] / model.v_max, command["angular"]["z"] / model.w_max
         aside = command["linear"]["y"] / model.v_max if model.drivetrain.holonomic else 0.0
@@ -173,14 +173,14 @@ class RosPublisher(Node):
             return
         self._left_out += 1
         if is_power_of_ten(self._left_out):
-            log.warning("%s: a command is left out (number %d): %s", robot, self._left_out, command)
+            log.warning("%s: a command is dropped (number %d): %s", robot, self._left_out, command)
 
     def _publish_markers(self, markers: list[ros.Fields]) -> None:
         topic = self._full("markers")
         self._node.publish(topic, "visualization_msgs/MarkerArray", {"markers": markers}, lasting=True)
 
     def _publish_lasting(self, now: float, state: RefereeState) -> None:
-        """Publish what those need who come later. It is made anew only if the zones have changed."""
+        """Publish what those need who come later. It is made again only if the zones have changed."""
         if (state.game, state.zones) != self._made_for:
             self._made_for = state.game, state.zones
             self._game = UNKNOWN_GAME if not state.game else game_of(state.game)

@@ -39,7 +39,7 @@ WAY_SLACK: Final = 0.2
 TURN_SLACK: Final = 0.5
 """The way in m, and the turn in rad, by which odometry may be ahead of what the robot can drive."""
 OFTEN: Final = (3, 5.0)
-"""So many new beginnings of odometry in so many seconds have a cause, such as two nodes that publish it."""
+"""This many restarts of odometry in this many seconds have a cause, such as two nodes that publish it."""
 
 
 def seconds(stamp: Fields) -> float:
@@ -69,11 +69,11 @@ class Reported:
         """The last odometry as it came: its stamp and its pose."""
         self._pose = Pose(0.0, 0.0, 0.0)
         self._beginnings: deque[float] = deque(maxlen=OFTEN[0])
-        """The times at which the odometry has begun anew, s."""
+        """The times at which the odometry has started again, s."""
         self._per_cent = False
 
     def forget(self) -> None:
-        """Forget what the sensors have measured, as the robot is connected anew. Its way goes on where it was."""
+        """Forget what the sensors have measured, as the robot is connected again. Its way goes on where it was."""
         self._newest.clear()
         self._beginnings.clear()
 
@@ -92,11 +92,11 @@ class Reported:
         return 0.0 if found is None else self._age(*found[:2], found[1])
 
     def jumps(self, now: float) -> bool:
-        """True if the odometry has begun anew too often of late."""
+        """True if the odometry has started again too often of late."""
         return len(self._beginnings) == OFTEN[0] and now - self._beginnings[0] < OFTEN[1]
 
     def odometry(self, message: Fields, now: float) -> bool:
-        """Take in nav_msgs/Odometry, at the monotonic time `now`, s. Return True if it has begun anew.
+        """Take in nav_msgs/Odometry, at the monotonic time `now`, s. Return True if it has started again.
 
         Raises:
             MessageError: a number is out of bounds or not finite, it has no stamp, or it is of another frame.
@@ -182,9 +182,9 @@ class Reported:
         return max(0.0, now - came) if self._simulated else max(0.0, now - came, self.time(now) - at)
 
     def _continue(self, at: float, pose: Pose) -> bool:
-        """Bring the pose since the first odometry up to a newer one. Return True if that has begun anew.
+        """Bring the pose since the first odometry up to a newer one. Return True if that has started again.
 
-        The pose turns beyond pi. Where the robot's own begins anew, the robot is taken to stand where it was.
+        The pose turns beyond pi. Where the robot's own starts again, the robot is taken to stand where it was.
         """
         if self._last is None:
             return False

@@ -15,7 +15,7 @@ def router_of(value: str) -> str:
     """The endpoint of a router that ROS nodes can connect to.
 
     Raises:
-        ValueError: it is none.
+        ValueError: it is not one.
     """
     host, _, port = value.removeprefix("tcp/").rpartition(":")
     if not (value.startswith("tcp/") and host and port.isdecimal() and 0 < int(port) < 65536):

@@ -92,7 +92,7 @@ class Endpoint:
         if known is None or self.hashed == known:
             return None
         if not self.hashed.startswith(RIHS_PREFIX):
-            return f"{self.node} is of Humble, which has no hashes of types: take Jazzy or later"
+            return f"{self.node} runs Humble, which has no hashes of types: use Jazzy or later"
         return f"{self.node} has another definition of {self.of} than Jazzy and later have"
 
 

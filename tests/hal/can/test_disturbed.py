@@ -126,7 +126,7 @@ AGAIN = ("started again", "jumped", "idle", "heartbeat", "expected the network s
 CASES = (
     Case("it obeys no setpoint", ALL, holding, ("it still turns at", "on, though"), 1.0, 1.1, AHEAD, Twist(-0.33, 0.0)),
     Case("it does not stop", ALL, holding, ("it still turns at", "on, though"), 1.0, 1.1, AHEAD, STILL),
-    Case("other byte order", ALL, swapped, ("byte order", "where this robot's motors reach", "it stands, though")),
+    Case("other byte order", ALL, swapped, ("byte order", "where this robot's motors reach", "it stands still")),
     Case("it jumps to and fro", ALL, to_and_fro(0.2), ("jumped to and fro",), 2.0, 0.1),
     Case("60 V", ALL, of_supply, ("its supply has 60 V, where a full battery has 25.2 V",), 3.0, 0.1),
     Case("another mode", "cia402", of_mode, ("its mode of operation (0x6061) is 1",), 0.4, 0.2),

@@ -41,7 +41,7 @@ class TestDrives:
             ("odrive", 0, FaultKind.JUMP, 0, "jumped"),
             ("odrive", 0, FaultKind.GARBAGE, 0, "node 0:"),
             ("odrive", 0, FaultKind.REVERSE, 0, "the wrong way round"),
-            ("odrive", 0, FaultKind.BLOCK, 0, "it stands, though it was asked for 23.9 turn/s"),
+            ("odrive", 0, FaultKind.BLOCK, 0, "it stands still, though asked for 23.9 turn/s"),
             ("odrive", 0, FaultKind.RUNAWAY, 0, "it runs away"),
             ("odrive", 0, FaultKind.SCALE, 0, "where this robot's motors reach 50.64"),
             ("odrive", 0, FaultKind.JUMP, 15, "its position jumped"),

@@ -292,7 +292,7 @@ class TestOwnWords:
             for wire in driven.wires:
                 wire.axis.heard = driven.now
             driven.guard.look(driven.now)
-        assert "it has not said for 0.5 s whether its motor is on" in driven.fault
+        assert "it has not reported for 0.5 s whether its motor is on" in driven.fault
 
     def test_one_that_falls_silent_altogether_is_told_by_its_heartbeat(self, driven: Pair) -> None:
         for wire in driven.wires:
@@ -464,7 +464,7 @@ class TestLacks:
                 driven.wires[0].beat(CLOSED if driven.guard.armed_by_player else IDLE, 0, driven.now)
                 driven.guard.look(driven.now)
             assert driven.fault or driven.guard.disarmed_because == (
-                "node 1: nothing was heard of it for 0.2 s: check its wires and its plug."
+                "node 1: nothing was heard from it for 0.2 s: check its wires and its plug."
             )
             driven.pass_time(0.05, IDLE, IDLE)
         assert ("node 1: its frames or its setpoints were lost 3 times" in driven.fault) == latches

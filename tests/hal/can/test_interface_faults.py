@@ -445,7 +445,7 @@ class TestWithWhatToDo:
         end = bench.now + 5.0
         while bench.now < end and not bench.trouble:
             drive_on(bench)
-        told = ("does not hear this computer", "does it hear this computer", "no heartbeat", "it stands, though")
+        told = ("does not hear this computer", "does it hear this computer", "no heartbeat", "it stands still, though")
         assert any(words in bench.trouble for words in told), bench.trouble
         assert at_rest(drives)
         bench.wire.tamper = None
@@ -476,6 +476,6 @@ class TestWithWhatToDo:
         going.port.hear = late  # type: ignore[method-assign]
         going.port._look_later = lambda _opened: None  # type: ignore[method-assign]
         notices(going)
-        assert "what is heard of the bus is 0.3" in going.trouble
+        assert "what is heard from the bus is 0.3" in going.trouble
         assert "Close other programs" in going.trouble
         wait(going, lambda: at_rest(drives), "the motors to stand")

@@ -157,7 +157,7 @@ class TestMotors:
         assert {order.arguments for order in bench.machine.drive([(1, 3.0), (2, 3.0)], bench.now)} == {(0.0,)}
 
     def test_nobody_drives_blind(self, armed: Bench) -> None:
-        with pytest.raises(RobotError, match=r"nothing has been heard of the bus for 0\.4 s"):
+        with pytest.raises(RobotError, match=r"nothing has been heard from the bus for 0\.4 s"):
             armed.machine.drive([(1, 3.0)], armed.now + BLIND + 0.1)
         assert armed.machine.stand(armed.now + BLIND + 0.1) == []
 
@@ -226,7 +226,7 @@ class TestWhatIsHeard:
         assert met.machine.guard.fault is None, "a process that was kept from running finds old frames for a moment"
         met.pass_time(0.3, age=OLD + 0.1)
         assert met.machine.guard.fault == (
-            "what is heard of the bus is 0.3 s old: this computer is too busy, or its CAN adapter too slow. Close "
+            "what is heard from the bus is 0.3 s old: this computer is too busy, or its CAN adapter too slow. Close "
             "other programs, or use another adapter (docs/hardware.md)"
         )
 
@@ -282,7 +282,7 @@ class TestFourWheels:
             bench.report(MotorState.CLOSED_LOOP, on=True)
             if bench.machine.guard.fault:
                 latched = bench.now
-        assert "it stands, though it was asked for 20 turn/s" in (bench.machine.guard.fault or "")
+        assert "it stands still, though asked for 20 turn/s" in (bench.machine.guard.fault or "")
         assert stand < latched - began < stand + 0.5
 
 

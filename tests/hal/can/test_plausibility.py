@@ -114,7 +114,7 @@ def test_a_wheel_that_is_blocked_may_be_so_for_a_moment() -> None:
     assert not rig.run(10.0, 1.0)
     rig.motor.blocked = True
     assert not rig.run(10.0, STALL_TIMEOUT - 0.1)
-    assert "it stands, though it was asked for 10 turn/s" in rig.run(10.0, 1.0)
+    assert "it stands still, though asked for 10 turn/s" in rig.run(10.0, 1.0)
 
 
 @pytest.mark.parametrize(("share", "setpoint", "within"), [(0.5, 7.2, 3.0), (0.0, 2.2, 1.2), (2.0, 3.0, 2.0)])
@@ -172,7 +172,7 @@ def test_a_wheel_that_stands_alone_turns_the_robot() -> None:
     assert not rig.run(20.0, 1.0)
     rig.motor.blocked = rig.alone = True
     assert not rig.run(20.0, FOLLOWING_TIMEOUT - 0.1)
-    assert "it stands, though it was asked for 20 turn/s" in rig.run(20.0, 0.2)
+    assert "it stands still, though asked for 20 turn/s" in rig.run(20.0, 0.2)
 
 
 def test_a_drive_that_does_not_turn_so_slowly_may_stand() -> None:
@@ -181,7 +181,7 @@ def test_a_drive_that_does_not_turn_so_slowly_may_stand() -> None:
     rig.motor.blocked = True
     assert not rig.run(5.0, 5.0)
     assert not rig.run(-5.0, 5.0)
-    assert "it stands, though it was asked for 7 turn/s" in rig.run(7.0, 3.0)
+    assert "it stands still, though asked for 7 turn/s" in rig.run(7.0, 3.0)
 
 
 def test_a_weak_motor_is_not_the_wrong_way_round() -> None:

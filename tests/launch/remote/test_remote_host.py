@@ -149,7 +149,7 @@ def test_a_machine_that_was_lost_is_brought_up_the_same_way(bench: Bench) -> Non
     bench.look(lambda: bool(bench.host.take_failed()))
     bench.send_bytes(b"\xff" * 8)
     bench.look(lambda: not bench.host.is_at(StartupStep.LOADED))
-    assert bench.told[-1].startswith("lab2 is away (world, ann): its robots stand; it is tried again until it answers")
+    assert bench.told[-1].startswith("lab2 is away (world, ann): its robots stand still; VRG tries again")
     assert bench.host.trouble == "lab2 does not answer (world, ann)"
     bench.again()
     bench.now += RECONNECT_PERIOD
@@ -187,7 +187,7 @@ def test_an_agent_that_sends_rubbish_costs_its_own_machine_only(playing: Bench, 
     """It is given up and tried again, as if it were away."""
     playing.send_bytes(rubbish)
     playing.look(lambda: not playing.host.is_at(StartupStep.LOADED))
-    assert "its agent has sent what no agent sends: " in playing.told[0]
+    assert "its agent has sent an invalid message: " in playing.told[0]
     assert playing.host.take_failed() == {}
     assert not playing.folder.events.exists()
     assert not list(playing.folder.path.parent.rglob("*evil*"))
@@ -257,14 +257,14 @@ def test_nothing_waits_for_an_ssh_that_does_not_end(playing: Bench) -> None:
 
 
 def test_only_an_honest_failure_ends_the_match(playing: Bench) -> None:
-    playing.send(wire.Failed("world was killed by signal 9, too often to go on"))
-    with pytest.raises(LaunchError, match="lab2: world was killed by signal 9, too often to go on"):
+    playing.send(wire.Failed("world was killed by signal 9, too often to continue"))
+    with pytest.raises(LaunchError, match="lab2: world was killed by signal 9, too often to continue"):
         playing.look(lambda: False)
 
 
 def test_before_the_match_a_machine_that_fails_is_not_waited_for(bench: Bench) -> None:
     bench.send_bytes(b"\xff" * 8)
-    with pytest.raises(LaunchError, match="lab2: its agent has sent what no agent sends: expected a frame"):
+    with pytest.raises(LaunchError, match="lab2: its agent has sent an invalid message: expected a frame"):
         bench.look(lambda: False)
 
 
@@ -299,7 +299,7 @@ def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(playing: Bench) -
         playing.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
 
     playing.host.close(goes_on)
-    assert playing.told == ["what the processes on lab2 have written was not fetched; it is there in /home/run"]
+    assert playing.told == ["the files of the processes on lab2 were not fetched; they are there in /home/run"]
 
 
 def test_what_happens_to_its_processes_is_noted(playing: Bench) -> None:
@@ -336,7 +336,7 @@ def test_a_machine_is_quiet_and_then_away_when_the_launcher_has_heard_nothing_fo
     assert silent(lambda: not playing.host.is_at(StartupStep.LOADED)) == pytest.approx(
         AWAY_TIMEOUT - AGENT_TIMEOUT, abs=0.2
     )
-    assert "(nothing was heard of robot@lab2.local for 12 s)" in playing.told[-1]
+    assert "(nothing was heard from robot@lab2.local for 12 s)" in playing.told[-1]
 
 
 def test_time_in_which_the_launcher_did_not_run_is_no_silence_of_a_machine(playing: Bench) -> None:

@@ -20,4 +20,4 @@ from vrg.launch.remote.ssh import advice
 def test_each_cause_has_its_own_advice(said: str, told: str) -> None:
     text = advice(said, "red", "ann@lab2")
     assert told in text
-    assert text.endswith("`ssh ann@lab2 true` must work without a question")
+    assert text.endswith("`ssh ann@lab2 true` must work without asking anything")

@@ -43,4 +43,4 @@ def test_a_result_is_written_whatever_a_player_says_of_itself(tmp_path: Path, sa
     result = write_result(setup, folder, None, "interrupted")
     assert set(result["processes"]) == {"bob", "cid"}
     assert result["refused"] == {"bob": {"vrg/m/clock": 2, "vrg/m/estop": 1}}
-    assert "3 messages under a wrong key refused" in summary(result)
+    assert "3 messages with a wrong key refused" in summary(result)

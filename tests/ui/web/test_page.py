@@ -579,7 +579,7 @@ def test_a_viewer_that_tries_to_halt_is_told_that_it_may_not(visit, server):
     page = visit()
     page.wait("vrg.link.open")
     page.page.evaluate("vrg.link.send({ t: 'act', what: 'halt' })")
-    page.wait_text("#notice", "Refused: to decide needs the official's link")
+    page.wait_text("#notice", "Refused: deciding needs the official's link")
     assert server.wishes().decisions == ()
 
 

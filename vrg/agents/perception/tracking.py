@@ -141,7 +141,7 @@ class Tracker:
         self.tracks = [each for each in self.tracks if each is not track]
 
     def track_of(self, sightings: Sequence[Sighting]) -> Track | None:
-        """The robot that sightings are of; a new one, which is not kept, if it is none of those that are known.
+        """The robot that sightings are of; a new one, which is not kept, if it is not one of those that are known.
 
         Args:
             sightings: of one robot, such as those that the referee publishes; None is returned if it is empty.

@@ -155,7 +155,7 @@ class Recover(Message, frozen=True, kw_only=True):
 
 
 class Placed(Message, frozen=True, kw_only=True):
-    """The pose where a person has put a physical robot. A robot that locates itself by odometry goes on from there.
+    """The pose where a person has put a physical robot. A robot that locates itself by odometry continues from there.
 
     Args:
         pose: in the map's frame.

@@ -17,10 +17,10 @@ def diff(
     there: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
     here: Annotated[Path, typer.Argument(metavar="RUN", help="A second run of the same match.")],
 ) -> None:
-    """Find where two runs of one match parted: the first step, which node published something else in it, and what.
+    """Find where two runs of one match diverge: the first step, which node published something else in it, and what.
 
-    The exit status is 1 if they differ. Matches in one process and in lockstep have digests for this once a second;
-    recordings tell the rest.
+    The exit status is 1 if they differ. Matches in one process and in lockstep store digests for this once a second;
+    recordings show the rest.
     """
     if not _compare(ended_run(there)[0], ended_run(here)[0]):
         raise typer.Exit(1)
@@ -34,10 +34,10 @@ def repeat(
     runs: RunsOption = Path("runs"),
     sandbox: SealedOption = True,
 ) -> None:
-    """Play a match again that was played in one process or in lockstep, and find out whether it is the same.
+    """Play a match again that was played in one process or in lockstep, and check whether it is the same.
 
-    What players missed then, as they did not answer in time or were killed, they miss again. The exit status is 1 if
-    the two runs differ.
+    Players miss again what they missed then because they did not answer in time or were killed. The exit status is 1
+    if the two runs differ.
     """
     from vrg.bus.stopping import stop_on_signals
     from vrg.playing.branch import repeat_match
@@ -68,5 +68,5 @@ def _compare(there: "RunFolder", here: "RunFolder") -> bool:
         echo(found.text)
         same &= not found.differs
     if same:
-        echo("The same: journals and all else that was compared do not differ.")
+        echo("The same: the journals and everything else that was compared do not differ.")
     return same

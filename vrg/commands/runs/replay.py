@@ -43,7 +43,7 @@ _TELL: Final = 0.5
 class ViewOptions:
     """The options that show a recorded match elsewhere than in a window."""
 
-    web: Annotated[bool, typer.Option("--web", help="Show it as a page in browsers.")] = False
+    web: Annotated[bool, typer.Option("--web", help="Show the match as a page in browsers.")] = False
     view: Annotated[str | None, typer.Option("--show", metavar="VIEW", help="Show it in a view of `vrg show`.")] = None
     listen: ListenOption = None
 
@@ -68,7 +68,7 @@ def replay(
     ] = None,
     settings: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="FIELD=VALUE", help="Play on from --at by another rule, radio or noise."),
+        typer.Option("--set", metavar="FIELD=VALUE", help="Play on from --at with another rule, radio or noise."),
     ] = None,
     runs: RunsOption = Path("runs"),
     sandbox: SealedOption = True,
@@ -79,10 +79,10 @@ def replay(
     """Watch a recorded match in a window or in browsers: pause it, go through it step by step, or from call to call.
 
     In the window, ? lists the keys. A match that was played in steps (`--in-process`, `--lockstep`) can also be played
-    on from any instant with another strategy for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F; or by
-    another rule, another radio or other noise: `--set rules.passes=3`, `--set radio.delay=0.2`, `--set seed=7`. With
-    --json that prints lines of JSON, and no window is opened; without --play and --set it prints what was recorded as
-    one object.
+    on from any instant with another strategy for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F; or
+    with another rule, radio or noise: `--set rules.passes=3`, `--set radio.delay=0.2`, `--set seed=7`. With --json, the
+    command prints lines of JSON and opens no window; without --play and --set, it prints the recorded match as one
+    object.
     """
     views = elsewhere.views
     if as_json + len(views) > 1:

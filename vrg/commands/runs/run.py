@@ -101,8 +101,8 @@ def result(run: RunArgument = None) -> None:
     with suppress(OSError, ValueError, KeyError):
         if not over and results.read_result(folder)["ended"] == "game over":
             raise LaunchError(
-                f"{folder.result} tells the end of the match, which {folder.journal.name} has lost: it is kept. To "
-                "make a result of what is left, remove it first"
+                f"{folder.result} records the end of the match, which {folder.journal.name} has lost: it is kept. To "
+                "make a result from what is left, remove it first"
             )
     found = results.result_of(setup, folder, state, ended)
     try:

@@ -14,13 +14,13 @@ from vrg.files import write_whole
 def share(
     run: RunArgument = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The file; share.html in the run folder if missing.")
+        Path | None, typer.Option("--output", "-o", help="The file; the default is share.html in the run folder.")
     ] = None,
 ) -> None:
     """Write a match as one file of HTML, with the field, a time bar, and the calls with their reasons.
 
-    Browsers show it without a network and without VRG: from a disk, from a mail, or on any web site. `#t=83.2` behind
-    its address leads to an instant.
+    Browsers show it without a network and without VRG: from a disk, from a mail, or on any web site. `#t=83.2` after
+    the address opens it at that match time.
     """
     from vrg.playing.sharing import shared_run
 

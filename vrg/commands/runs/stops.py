@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def stops(run: RunArgument = None, as_json: JsonOption = False) -> None:
-    """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
+    """Show how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
     from vrg.runs.certificate import certificate_of, data_of, summary_line
 
     folder, setup = ended_run(run)
@@ -29,7 +29,7 @@ def stops(run: RunArgument = None, as_json: JsonOption = False) -> None:
     for note in certificate.notes:
         console.print(f"[yellow]{escape(note)}[/yellow]", soft_wrap=True)
     if not certificate.incidents:
-        console.print("No HALT, no emergency stop, no death of a process and no lost machine is known of this run.")
+        console.print("This run has no known HALT, emergency stop, death of a process or lost machine.")
         return
     heads = ("at, s", "what", "robot", "stood after, s", "rolled, m", "from, m/s")
     print_table(console, heads, list(rows(certificate)), right=(0, 3, 4, 5))
@@ -79,7 +79,7 @@ def remarks(certificate: "Certificate") -> Iterator[str]:
     yield (
         "Times are match time: from the referee's decision, from the order of an emergency stop, or from the newest "
         "message of a process that died or of a machine that is away. "
-        f"They are good to {certificate.resolution:.2f} s. What they may be: docs/safety.md."
+        f"They are accurate to {certificate.resolution:.2f} s. docs/safety.md says which times are allowed."
     )
     if certificate.rate is not None and not math.isclose(certificate.rate, 1.0):
         took = 1 / certificate.rate

@@ -42,7 +42,7 @@ GAME = Game(
         "dispatch": Moment("*", "dispatched", others="to", thought=True),
     },
     rule_texts={
-        "launch": RuleText("The first intruder starts at once, and the others at times by chance.", "thesis 4.2"),
+        "launch": RuleText("The first intruder starts at once, and the others at random times.", "thesis 4.2"),
         "enter": RuleText("An intruder whose centre is inside the area has entered it.", "thesis 4.2"),
         "auction": RuleText("An intruder that has been seen twice is auctioned among the pursuers.", "thesis 4.2"),
         "dispatch": RuleText(
@@ -56,7 +56,7 @@ GAME = Game(
         "slow": RuleText("An intruder that does not keep its speed counts as captured.", "thesis 4.2.3"),
         "collision": RuleText("An intruder in play that touches another robot is out and counts for nobody."),
         "missed": RuleText("An intruder that passes by the area is out and counts for nobody."),
-        "false_alarm": RuleText("Who tells of a place where nobody was is not listened to for a while."),
+        "false_alarm": RuleText("A player that reports a robot where there was none is ignored for a while."),
         "time_up": RuleText("The game ends when its time is up.", "thesis 4.2"),
         "all_done": RuleText("The game ends when every intruder is captured or has escaped.", "thesis 4.2"),
         "game_over": RuleText("The team with more points wins.", "thesis 4.2"),

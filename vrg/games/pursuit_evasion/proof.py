@@ -39,7 +39,7 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
             (x, y), (x0, y0) = _foot(line, place), _foot(line, then)
             way = (x - x0) * math.cos(line.theta) + (y - y0) * math.sin(line.theta)
             least = book.least_way(name, case.call.clock - since)
-            what = f"way of {name} along its course in the last {case.call.clock - since:.1f} s"
+            what = f"distance of {name} along its course in the last {case.call.clock - since:.1f} s"
             found = [Measure(what, way, Relation.AT_MOST, least, ends=(then, place))]
         case "collision":
             name, other = call.players
@@ -74,5 +74,5 @@ def _false_alarm(case: Case) -> Measure:
         there, here = (sighting.x, sighting.y), [(p.x, p.y) for name, p in poses.items() if name != who]
         gaps.append(min((math.dist(there, place), there, place) for place in here))
     gap, there, place = max(gaps)
-    what = f"distance of what {who} reported from the nearest robot then"
+    what = f"distance from what {who} reported to the nearest robot then"
     return Measure(what, gap, Relation.MORE_THAN, SIGHTING_REACH, ends=(there, place))

@@ -3,7 +3,7 @@
 Intruders cross a convex area that pursuers guard. Pursuers stand at their posts and watch. When an intruder has been
 seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
 intruders an escape. Then the players are reset: the intruder is put back to where it started, if its robot is a virtual
-one, and the pursuer drives back to its post. Who guesses what it has not seen is not listened to for a while, and an
+one, and the pursuer drives back to its post. A pursuer that reports what it has not seen is ignored for a while, and an
 intruder that does not drive straight on at its top speed counts as captured. No player learns the true pose of an
 intruder in play, nor that of a pursuer, except in the calls that it is dispatched and that it captures another.
 """
@@ -173,7 +173,7 @@ class PursuitEvasion(RuleBook[State]):
         for who, sighting in now.sightings:
             reports.setdefault(who, []).append(sighting)
         for who in (name for name in self.pursuers if name in reports and name not in state.disqualified):
-            # Who tells of too many at once is guessing: a scan shows a few robots at most.
+            # A player that reports too many at once is guessing: a scan shows a few robots at most.
             if len(reports[who]) > SIGHTINGS_AT_ONCE:
                 continue
             silenced = state.silenced.get(who, 0.0) > clock
@@ -181,8 +181,8 @@ class PursuitEvasion(RuleBook[State]):
             if any(nearest(each, set(poses) - {who}, poses)[0] > SIGHTING_REACH for each, poses in timely):
                 state = structs.replace(state, silenced={**state.silenced, who: clock + FALSE_REPORT_PENALTY})
                 if not silenced:
-                    penalty = f"for {FALSE_REPORT_PENALTY:g} s nothing that it tells counts"
-                    text = f"{who} tells of a place where nobody was: {penalty}"
+                    penalty = f"for {FALSE_REPORT_PENALTY:g} s its reports do not count"
+                    text = f"{who} reported a robot where there was none: {penalty}"
                     calls.append(Call(rule="false_alarm", text=text, players=(who,)))
             elif not silenced:
                 for each, poses in timely:

@@ -80,7 +80,7 @@ class State(GameState, frozen=True, kw_only=True):
     def looked(self, before: Observation, now: Observation, clock: float) -> "State":
         """The same after a look at the field: the look is remembered, and every intruder in play has a course.
 
-        An intruder's course begins where it stands when it comes into play, and anew where it is put. After a pause it
+        An intruder's course begins where it stands when it comes into play, and again where it is put. After a pause it
         gets up its speed again, and the looks before are forgotten.
         """
         paused = bool(self.looks) and abs(now.time - self.looks[-1].time) > PAUSE

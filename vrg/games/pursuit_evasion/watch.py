@@ -122,7 +122,7 @@ class IntruderDetector:
         return {name: (place, radii.get(name, view.me.radius)) for name, place in self.places(now).items()}
 
     def _remember(self, scan: Scan) -> None:
-        """Take a scan into the snapshot. If it is from another place or has other beams, the snapshot begins anew."""
+        """Take a scan into the snapshot. If it is from another place or has other beams, the snapshot starts again."""
         if self._scans and not _alike(self._scans[0], scan):
             self._scans = []
         self._scans.append(scan)

@@ -53,7 +53,7 @@ class Ways:
     """The ways of the players in play between two looks.
 
     Args:
-        before, now: the pose of each at the two looks. Who is not in `before` stood where it is.
+        before, now: the pose of each at the two looks. A player that is not in `before` stood where it is.
         teams: the team of each.
     """
 
@@ -109,7 +109,7 @@ def judge_homes(state: State, layout: FieldLayout, ways: Ways) -> Judged:
 def judge_flags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """A normal player that came in reach of the opponents' flag takes it.
 
-    Of several it is the first one, of those that came at the same instant the nearest, and then the first by name. A
+    Among several it is the first, among those at the same instant the nearest, and then the first by name. A
     flag has one carrier, and a team has one flag to take, so no player carries two.
     """
     calls = []

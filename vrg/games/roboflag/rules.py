@@ -44,7 +44,7 @@ class RoboFlag(RuleBook[State]):
         self.settings = settings
         self.layout = FieldLayout(settings)
         self.teams = {c.name: c.role for c in contestants}
-        # Who is let go at the border of the field would turn beyond it.
+        # A robot that is released at the border of the field would turn beyond it.
         self._driven_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}
         self.lineup_limit = settings.patience
 

@@ -33,7 +33,7 @@ class Settings(LineUp):
         home_reach: a player so near to the corner of its home is at home. flag_zone: the radius of the flag zones.
         round_time: the time of play of each of the two rounds. sudden_death: the time of the round that decides a tie.
         captures: the number of captures that ends the game at once.
-        epoch: the time after which the teams bid anew for who attacks.
+        epoch: the time after which the teams bid again for who attacks.
         bidding: the time for which bids are taken before the lowest one wins.
     """
 

@@ -75,7 +75,7 @@ class HailMary(TeamPlayer):
 
 
 class Mixed(TeamPlayer):
-    """Draws one of several tactics anew for each epoch of the auction, with the chances of `chances`.
+    """Draws one of several tactics again for each epoch of the auction, with the chances of `chances`.
 
     A subclass with other chances is a new strategy. All players of a team draw the same, from the seed of the match.
 

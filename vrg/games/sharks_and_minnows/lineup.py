@@ -71,7 +71,7 @@ def in_order(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, ext
 
 
 def crowded(players: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> bool:
-    """True if so many players, or fewer, do not all have a mark in an end zone at which they touch no other."""
+    """True if this many players, or fewer, do not all have a mark in an end zone at which they touch no other."""
     return any(_collide(rows_of(count, zone, field, extent), extent) for count in range(2, players + 1))
 
 
@@ -82,7 +82,7 @@ def _collide(marks: Sequence[Pose], extent: LargestBody) -> bool:
 
 @lru_cache(maxsize=64)
 def rows_of(count: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> tuple[Pose, ...]:
-    """So many marks, in their order across the field, in as few rows as there is room for them.
+    """The given number of marks, in their order across the field, in as few rows as possible.
 
     All minnows ask for the same marks at each tick, and for many of them it takes long to see that none are too near.
     """

@@ -22,7 +22,7 @@ def prove(book: SharksAndMinnows, case: Case) -> Sequence[Measure]:
         case "pass_over":
             zone = book.safe_zone(case.state)
             away = max((zone.distance(pose.x, pose.y) for pose in case.call.poses), default=0.0)
-            what = "distance of the centres of the minnows that are left from the safe zone, the greatest"
+            what = "greatest distance from the safe zone of the centre of a minnow that is left"
             found = [Measure(what, away, Relation.AT_MOST, 0)]
         case _:
             found = []

@@ -91,7 +91,7 @@ def problems_of(settings: Settings, contestants: Sequence[Contestant], extent: L
     if settings.passes is None and passes(contestants) < 1:
         text = (
             f"expected at least two minnows more than sharks, got minnows: {minnows}, sharks: {sharks}; the number of "
-            f"passes is floor((minnows - sharks) / 2) = {passes(contestants)}, unless `passes` in [rules] says another"
+            f"passes is floor((minnows - sharks) / 2) = {passes(contestants)}, unless `passes` in [rules] sets it"
         )
         problems.append(Problem(text, ("players",)))
     elif minnows < 1:

@@ -73,7 +73,7 @@ class AxisReport:
         unwatched: a person has allowed that this drive is driven without a watchdog of its own.
         position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
         slowest: the speed in turn/s below which the drive may let its motor stand; 0 where it turns it however slowly.
-        wrap: the number of turns after which `position` begins anew; 0 where it never does.
+        wrap: the number of turns after which `position` starts again; 0 where it never does.
         voltage: of the drive's supply, V; None before it was reported. supplied: monotonic time of it, s.
         refusal: why the drive has not started when it was last asked to, in words; None where it has reported nothing.
         implausible: what makes no sense in the frames that were heard, in words: rubbish, a number that is not finite,
@@ -139,7 +139,7 @@ class AxisReport:
 
     @property
     def shared(self) -> str | None:
-        """That two drives have this id, in words; None where only one has answered."""
+        """Says that two drives have this id; None where only one has answered."""
         if len(self.serials) < 2:
             return None
         return f"two drives have this id: serial numbers {self.serial}; give one another id"
@@ -150,15 +150,15 @@ class AxisReport:
         return self.state, self.on, self.implausible, self.fault, self.watchdog_expired, self.expiry_reported
 
     def forget_implausible(self) -> None:
-        """Judge anew what is heard from now on."""
+        """Judge again what is heard from now on."""
         self.implausible = None
 
     def forget_serials(self) -> None:
-        """Let the drive say anew who it is."""
+        """Let the drive say again who it is."""
         self.serials.clear()
 
     def forget(self) -> None:
-        """Let the drive say anew who and what it is, before it is set up once more."""
+        """Let the drive say again who and what it is, before it is set up once more."""
         self.forget_implausible()
         self.forget_serials()
 

@@ -70,7 +70,7 @@ class DriveBase:
         self.angles = (0.0,) * len(self._by_axis)
 
     def restart(self) -> None:
-        """Begin anew at (0, 0, 0)."""
+        """Start again at (0, 0, 0)."""
         self.pose, self.angles = Pose(0.0, 0.0, 0.0), (0.0,) * len(self._by_axis)
         self.rebase()
 
@@ -99,7 +99,7 @@ class DriveBase:
 
         Args:
             node: the node of the encoder. estimate: its value.
-            turns: the number of turns after which the position begins anew; 0 = never.
+            turns: the number of turns after which the position starts again; 0 = never.
 
         Returns:
             how far the motor has turned since the estimate before, turns; None where it could not have turned that far

@@ -183,7 +183,7 @@ class CanBus:
             thread.join()
         bus, self._bus = self._bus, None
         if bus is not None:
-            # A deleted interface makes even closing fail; the socket is gone all the same.
+            # A deleted interface makes even closing fail; the socket is gone anyway.
             with contextlib.suppress(can.CanError, OSError):
                 bus.shutdown()
 
@@ -234,7 +234,7 @@ class CanBus:
                 self._tried[frame.id, frame.data] = True
             if self._echoing is None and len(self._tried) == _TRIED:
                 if all(self._tried.values()):
-                    log.info("%s: the adapter gives back the frames that it sends: they are dropped", self.link)
+                    log.info("%s: the adapter echoes the frames that it sends: the echoes are dropped", self.link)
                     self._echoing = True
                 elif now - self._tried_at > _ECHO_TIMEOUT:
                     self._echoing = False

@@ -3,7 +3,7 @@
 The judges of `vrg.hal.can.judges` find the reasons, each of one kind. The guard asks them in a fixed order, and acts.
 
 A reason latches: it stays, whatever the drives say later, until a person clears it. The one exception is a drive's
-watchdog: it tells of a commander that was late, not of a robot that is broken, so arming again is enough.
+watchdog: it means that setpoints were late, not that the robot is broken, so arming again is enough.
 """
 
 import math
@@ -59,7 +59,7 @@ class Guard:
         self._supply, self._identity = Supply(*supply), DriveIdentity(axes, serials or {})
 
     def begin(self, now: float) -> None:
-        """A person has connected or recovered the robot: judge anew from here."""
+        """A person has connected or recovered the robot: judge again from here."""
         self.fault = self.disarmed_because = None
         self.rearm_pending = False
         self.start.begin()
@@ -105,7 +105,7 @@ class Guard:
 
     @property
     def unknown(self) -> int | None:
-        """The node of a drive that must say anew who it is, before the robot is armed; None if there is none."""
+        """The node of a drive that must say again who it is, before the robot is armed; None if there is none."""
         return self._identity.unknown
 
     @property
@@ -217,7 +217,7 @@ class Guard:
     def _lapse(self, heard_until: float) -> Reason | None:
         """Why an armed robot must stand until it is armed again; None if there is no reason.
 
-        What has failed for a moment too often latches.
+        A fault of a moment latches if it comes too often.
         """
         lapse = self.start.judge_watchdogs(self._axes, heard_until, self.proof.proved)
         counts = True

@@ -11,7 +11,7 @@ from vrg.hal.clock import MonotonicClock
 from vrg.registry import expected_one_of
 
 SERIAL_INTERFACES = frozenset({"slcan", "serial", "robotell"})
-"""Interfaces on a serial port, which two processes cannot share: each would set it up anew and take frames away."""
+"""Interfaces on a serial port, which two processes cannot share: each would set it up again and take frames away."""
 
 _OFTEN = frozenset({"socketcan", "udp_multicast", "virtual"})
 """Interfaces that are known without asking python-can, which takes time to load."""
@@ -75,7 +75,7 @@ def known_interface(name: str) -> str:
 
 
 def missing_interface(link: Link) -> str | None:
-    """What a bus lacks on this machine, in words with what to do: the kernel's interface, or that it is up."""
+    """What a bus lacks on this machine, in words, with what to do: the kernel's interface, or that it is up."""
     if link.interface != "socketcan":
         return None
     interface = _INTERFACES / link.channel

@@ -176,7 +176,7 @@ class StateMachine:
         if not guard.armed_by_player:
             raise RobotError("expected armed motors to drive, and they are off: arm the robot first", self.name)
         if bus_silence > BLIND:
-            raise RobotError(f"nothing has been heard of the bus for {bus_silence:.1f} s", self.name)
+            raise RobotError(f"nothing has been heard from the bus for {bus_silence:.1f} s", self.name)
         return self._command(setpoints, now)
 
     def stand(self, now: float) -> list[Order]:
@@ -224,7 +224,7 @@ class StateMachine:
         return self._idle(now)
 
     def recovered(self, problem: str | None, now: float) -> list[Order]:
-        """The bus was opened anew and the drives were set up, or a problem has kept that from being done, in words."""
+        """The bus was opened again and the drives were set up, or a problem has kept that from being done, in words."""
         if self.phase is not Phase.RECOVERING:
             return []  # it was closed meanwhile
         self.phase = Phase.MET
@@ -264,8 +264,8 @@ class StateMachine:
         self._old_since = min(self._old_since, now) if age > OLD else math.inf
         if now - self._old_since > OLD_TIMEOUT:
             self.guard.latch(
-                f"what is heard of the bus is {age:.2g} s old: this computer is too busy, or its CAN adapter too slow. "
-                "Close other programs, or use another adapter (docs/hardware.md)"
+                f"what is heard from the bus is {age:.2g} s old: this computer is too busy, or its CAN adapter too "
+                "slow. Close other programs, or use another adapter (docs/hardware.md)"
             )
 
     def _estimate(self, node: int) -> None:
@@ -317,7 +317,7 @@ class StateMachine:
             off = True
             guard.ordered_off(self.heard_until)
         off |= guard.look(self.heard_until)
-        # Where the bus is not heard any more, the order is repeated all the same.
+        # Where the bus is not heard any more, the order is repeated anyway.
         again = self.bus_silence(now) > BLIND and now - self._ordered >= BLIND
         off |= again and not guard.armed_by_player and not guard.off
         orders = self._idle(now) if off else []

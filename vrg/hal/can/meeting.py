@@ -12,7 +12,7 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import NEVER, AxisReport
 
 LISTEN = 0.4
-"""s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
+"""s for which a newcomer only listens. A program that drives these drives sends several setpoints in that time."""
 HEAR_TIMEOUT = 3.0
 """s in which nothing new has been heard of drives, after which a silent one is given up."""
 IDENTIFY_TIMEOUT = 10.0

@@ -151,7 +151,7 @@ def _claim_port(link: Link) -> int | None:
 def _in_use(link: Link) -> str:
     return (
         f"another program uses this port, and {link.interface} cannot be shared by two processes: end the other one, "
-        "or make a socketcan interface of the adapter, which can be shared, by slcand (see docs/hardware.md)"
+        "or make a socketcan interface of the adapter, which can be shared, with slcand (see docs/hardware.md)"
     )
 
 

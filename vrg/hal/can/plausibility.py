@@ -34,14 +34,14 @@ _SLOWING = 0.95
 _SPEED_SLACK, _SPEED_SHARE = 0.05, 0.2
 """The tolerances of a speed: this part of the top speed, and this part of the speed itself."""
 _WAY_SLACK, _WAY_SHARE = 0.05, 0.05
-"""The tolerances of a way: the way at top speed in so many seconds, and this part of the way itself."""
+"""The tolerances of a way: the way at top speed in this many seconds, and this part of the way itself."""
 _WAY_MEMORY, _WAY_FADE = 3.0, 30.0
-"""The way at top speed in so many s, and the time in s, in which the ways by position and speed are forgotten: what
+"""The way at top speed in this many s, and the time in s, in which the ways by position and speed are forgotten: what
 differs by a tenth is found within a metre, unless the robot hardly moves."""
 _JUMP_TIMEOUT = 0.3
 """s within which a jump of the position is taken back if it was a frame that came late."""
 _FLIPS, _FLIP_WINDOW = 3, 10.0
-"""Jumps within so many s that may be taken back."""
+"""Jumps within this many s that may be taken back."""
 _UNBELIEVABLE = 10.0
 """The number of times its top speed that no motor turns at, not even if the robot is pushed."""
 ENCODER = "is its encoder loose, its cable disturbed, or are its numbers of another byte order or unit?"
@@ -199,7 +199,7 @@ class Plausibility:
         if abs(velocity - self._obeyed) < (1.0 - _SLOWING) * abs(self._obeyed):
             return f"it still {what}: it obeys no setpoints. Does it hear this computer, and is it in the right mode?"
         if abs(velocity) <= min(_SPEED_SLACK * self.bounds.speed, STANDSTILL_SHARE * abs(asked)):
-            return f"it stands, though it was asked for {asked:.3g} turn/s: is its wheel blocked, or its encoder dead?"
+            return f"it stands still, though asked for {asked:.3g} turn/s: is its wheel blocked, or its encoder dead?"
         if velocity * asked < 0.0 and self._began * velocity > 0.0 and abs(velocity) < _SLOWING * abs(self._began):
             return f"it {what}, and is slow to change it: is its current limited, or its load too heavy?"
         if velocity * asked < 0.0:
@@ -254,7 +254,7 @@ class Plausibility:
             return None
         return (
             f"its position has changed by {self._off:+.3g} turns more than its speed says: the encoder slips, or its "
-            "speed and its position have other units than is expected"
+            "speed and its position have other units than expected"
         )
 
 

@@ -53,7 +53,7 @@ class CanSettings(BackendSettings):
                     raise ValueError(f"robots.{name}: node id of {protocol}: {problem}")
                 other = owner.setdefault((bus, node), name)
                 if other != name:
-                    raise ValueError(f"robots.{name}: node {node} on {bus} is {other}'s already")
+                    raise ValueError(f"robots.{name}: node {node} on {bus} already belongs to {other}")
         return self
 
     @property
@@ -109,7 +109,7 @@ class CanSettings(BackendSettings):
                 ports.setdefault(str(link), [] if not self.emulate else ["the emulated drives"]).append(name)
         found += [
             f"{' and '.join(users)} are processes of their own, and cannot share {port}: make a socketcan interface of "
-            "the adapter by slcand (see docs/hardware.md)"
+            "the adapter with slcand (see docs/hardware.md)"
             for port, users in ports.items()
             if len(users) > 1
         ]
@@ -147,7 +147,7 @@ class CanSettings(BackendSettings):
                 found.append(f"{name}: the watchdogs of its drives are proved when it is armed for the first time")
             if not wiring.options:
                 found.append(
-                    f"{name}: the units of its drives' numbers are those that the drives or their protocol tell"
+                    f"{name}: the units of its drives' numbers are those that the drives or their protocol report"
                 )
         return found
 

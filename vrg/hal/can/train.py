@@ -175,7 +175,7 @@ class DriveTrain:
                 if now != before[name]:
                     raise RobotError(
                         f"node {axis.node}: {name}: expected {before[name]}, as when the robot was connected, got "
-                        f"{now}: set it as it was, or connect the robot anew"
+                        f"{now}: set it as it was, or connect the robot again"
                     )
         self._bus.listen_to([wanted for axis in axes for wanted in axis.filters])
 
@@ -186,8 +186,8 @@ class DriveTrain:
         trouble = self._machine.guard.fault
         return (
             f"{f'{trouble}; ' if trouble else ''}expected {missing} on {self._bus.link} within {patience:g} s, got "
-            f"none; heard there: {who_speaks(self._heard, self.clock)}. Are the ids and the protocol right? If nobody "
-            "is heard: are the drives powered, is the bit rate theirs, and is the bus terminated at both ends?"
+            f"none; heard there: {who_speaks(self._heard, self.clock)}. Are the ids and the protocol right? If nothing "
+            "is heard: are the drives powered, is the bit rate right, and is the bus terminated at both ends?"
         )
 
     def arm(self) -> None:
@@ -252,7 +252,7 @@ class DriveTrain:
             self._obey(self._machine.release(self.clock.now()))
 
     def recover(self) -> None:
-        """Open the bus anew, meet the drives again and clear their errors, as a person wants it; the motors stay off.
+        """Open the bus again, meet the drives again and clear their errors, as a person wants it; the motors stay off.
 
         A drive that would be refused at connection is refused here, too, and so is one that is not what it was. What is
         wrong latches again. The emergency stop stays. It waits for answers of the drives, so it is called on a thread
@@ -309,7 +309,7 @@ class DriveTrain:
             guard, axes = self._machine.guard, self._axes
             fault = guard.fault
             if fault is None and guard.at_drive:
-                fault = "the emergency stop was pressed at a drive: release it by `vrg estop --release`"
+                fault = "the emergency stop was pressed at a drive: release it with `vrg estop --release`"
             supplies = [(axis.voltage, axis.supplied) for axis in axes.values() if axis.voltage is not None]
             return TrainState(
                 age=max(0.0, now - min(axis.measured for axis in axes.values())),
@@ -334,13 +334,13 @@ class DriveTrain:
         return self._machine.base.axes
 
     def rewire(self, axes: Mapping[int, tuple[int, float]]) -> None:
-        """Give nodes another direction and ratio, as a calibration has found them; the odometry begins anew."""
+        """Give nodes another direction and ratio, as a calibration has found them; the odometry starts again."""
         with self._lock:
             changed = [replace(a, direction=axes[a.node][0], ratio=axes[a.node][1]) for a in self.wheel_axes]
             self._machine.rebind(DriveBase(changed, self._model))
 
     def restart_odometry(self) -> None:
-        """Let the odometry begin anew where the robot stands."""
+        """Let the odometry start again where the robot stands."""
         with self._lock:
             self._machine.base.restart()
 

@@ -84,7 +84,7 @@ class Drivetrain:
     def effective_track(self) -> float:
         """The track in m of a unicycle that turns as this robot does: w = (v_right - v_left) / effective_track.
 
-        Of other drivetrains it is the track of such a unicycle whose wheels turn as fast as these do on average.
+        For other drivetrains it is the track of a unicycle whose wheels turn as fast as these do on average.
         """
         return 2 * self.wheel_radius * sum(abs(turn) for _, turn, _ in self.rates) / len(self.rates)
 
@@ -157,7 +157,7 @@ def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
     rows = [[*row, *(float(n == number) for n in range(size))] for number, row in enumerate(matrix)]
     for n, row in enumerate(rows):
         if abs(row[n]) <= 1e-12 * matrix[n][n]:
-            raise ValueError("expected axes that can set each part of a twist alone, got some that hinder each other")
+            raise ValueError("expected axes that can set each part of a twist alone, got some that oppose each other")
         row[:] = [value / row[n] for value in row]
         for other in rows[:n] + rows[n + 1 :]:
             other[:] = [value - other[n] * own for value, own in zip(other, row, strict=True)]

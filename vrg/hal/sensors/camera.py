@@ -59,7 +59,7 @@ class Camera(SensorMessage, frozen=True, kw_only=True):
 
         A pixel in column c is seen at the bearing atan((width / 2 - c - 0.5) / f) in the robot's frame, positive to the
         left, where f = width / 2 / tan(fov / 2); this holds for a camera that is not tilted. Each use unpacks the
-        picture anew, so keep what you get.
+        picture again, so keep what you get.
 
         Raises:
             ValueError: the file is damaged.

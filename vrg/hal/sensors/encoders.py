@@ -14,7 +14,7 @@ class Encoders(SensorMessage, frozen=True, kw_only=True):
 
     Args:
         counts: the ticks of each axis of the drivetrain, such as left and right, in its order; the model's spec tells
-            how many make a turn of a wheel. Of a left or right wheel they grow as it drives ahead.
+            how many make a turn of a wheel. Those of a left or right wheel grow as the robot drives ahead.
     """
 
     kind = "encoders"

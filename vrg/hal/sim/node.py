@@ -32,7 +32,7 @@ class WorldNode(Node):
     Args:
         config: the set-up of the world.
         mailbox: the node's own mailbox. keys: the keys of the match.
-        snapshot: the bytes of a snapshot. The world goes on from it: one epoch later, with every robot at rest.
+        snapshot: the bytes of a snapshot. The world continues from it: one epoch later, with every robot at rest.
 
     Raises:
         ConfigError: the set-up has problems; the error lists all of them.
@@ -161,7 +161,7 @@ def place(world: World, places: Mapping[str, Pose]) -> None:
     if not places:
         raise WorldError("place: expected places, got none")
     refused: dict[str, str] = {}
-    # Who stays is in the way of others, so that one refusal may lead to more.
+    # A robot that stays is in the way of others, so that one refusal may lead to more.
     while wrong := _without_room(world, {name: pose for name, pose in places.items() if name not in refused}):
         refused |= wrong
     for name, pose in places.items():

@@ -182,7 +182,7 @@ class Ghost:
         """
         if stamp > now + CLOCK_SKEW:
             raise WorldError(
-                f"pose of {self.name}: expected a pose of now ({now:.2f} s) or before, got one of {stamp:.2f} s"
+                f"pose of {self.name}: expected a pose of now ({now:.2f} s) or earlier, got one of {stamp:.2f} s"
             )
         if stamp >= self._stamp:
             self._pose, self._twist, self._stamp = measured.pose, measured.twist, stamp

@@ -65,5 +65,5 @@ def decode_snapshot(data: bytes) -> WorldSnapshot:
     except FileError as error:
         raise WorldError(f"snapshot: expected a world's snapshot, got damaged bytes: {error}") from None
     if snapshot.version != _VERSION:
-        raise WorldError(f"snapshot: expected version {_VERSION}, got {snapshot.version}: start the match anew")
+        raise WorldError(f"snapshot: expected version {_VERSION}, got {snapshot.version}: restart the match")
     return snapshot

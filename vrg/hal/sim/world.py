@@ -51,7 +51,7 @@ class World:
         if snapshot is not None and snapshot.setup != self._setup:
             raise WorldError(
                 f"snapshot: expected one of this set-up ({self._setup}), got one of another ({snapshot.setup}): "
-                "choose another run folder, or delete the snapshot to begin anew"
+                "choose another run folder, or delete the snapshot to start over"
             )
         self.tick, self.epoch, self.estop, self._permission = 0, 0, False, Permission()
         before: dict[str, RobotSnapshot] = {}

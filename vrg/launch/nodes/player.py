@@ -64,7 +64,7 @@ def player_node(
 
 
 def player(on: NodeContext) -> Made:
-    """A player, whose strategy decides in a process of its own if it is a file, and otherwise in this one."""
+    """A player, whose strategy decides in its own process if it is a file, and otherwise in this one."""
     make = None if on.begun is None else lambda: on.begun
     try:
         return Made(player_node(on.setup, on.name, make=make))

@@ -43,7 +43,7 @@ def coordinator_node(setup: MatchSetup, journal: Journal | NoJournal) -> Coordin
 
 
 def referee(on: NodeContext) -> Made:
-    """The coordinator, which goes on from the journal in the run folder."""
+    """The coordinator, which continues from the journal in the run folder."""
     if not on.folder.setup.exists():
         # Where no launcher has written it, `vrg run result` and `vrg run plot` need it.
         write_setup(on.setup, on.folder.setup)

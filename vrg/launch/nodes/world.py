@@ -17,7 +17,7 @@ SNAPSHOT_PERIOD = 5
 
 
 def world_node(setup: MatchSetup, snapshot: bytes | None = None) -> WorldNode:
-    """Make the world of a match, which goes on from the bytes of a snapshot if there are any.
+    """Make the world of a match, which continues from the bytes of a snapshot if there are any.
 
     Raises:
         ConfigError: the set-up of the world has problems.
@@ -27,11 +27,11 @@ def world_node(setup: MatchSetup, snapshot: bytes | None = None) -> WorldNode:
 
 
 def world(on: NodeContext) -> Made:
-    """The world, which goes on from the snapshot in the run folder."""
+    """The world, which continues from the snapshot in the run folder."""
     snapshot = read_bytes(on.folder.snapshot) if on.folder.snapshot.exists() else None
     node = world_node(on.setup, snapshot)
     if snapshot is not None:
-        log.info("going on from the snapshot at tick %d", node.start_tick)
+        log.info("continuing from the snapshot at tick %d", node.start_tick)
     keeper = _SnapshotKeeper(on.folder, node.snapshot)
     return Made(node, {"first_tick": node.start_tick, "rate": on.setup.rate, "after_tick": keeper})
 

@@ -104,7 +104,7 @@ class HostAgent:
             now = time.monotonic()
             beats = self._mailbox.inlets[0].take() if self._mailbox.inlets else []
             if self._silence.look(now, heard=bool(messages or beats)) > LAUNCHER_TIMEOUT:
-                log.info("stopping: nothing is heard of the launcher")
+                log.info("stopping: nothing is heard from the launcher")
                 return
             if now - self._reported >= REPORT_PERIOD:
                 self._reported = now

@@ -70,7 +70,7 @@ def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secu
         address = own.address if own is not None and own.address else seen
         if hosts and address is None:
             raise LaunchError(
-                "the other machines do not tell at which address they see this one: write `address = ...` into "
+                "the other machines do not say at which address they see this one: write `address = ...` into "
                 "[machines.here]"
             )
         try:

@@ -61,7 +61,7 @@ class RemoteHost:
     """Another machine, as the launcher sees it; see `vrg.launch.host.Host`. It is reached at the first look.
 
     `_bring_up` is the way from an ssh connection to processes that play. It goes on at each look, up to the step that
-    the launcher has named as its aim. When all has run once, a machine that is lost begins the same way anew.
+    the launcher has named as its aim. When all has run once, a machine that is lost begins the same way again.
 
     Args:
         setup: the match. folder: the run folder here. What is in it now travels.
@@ -219,7 +219,7 @@ class RemoteHost:
                 )
             next(self._script, None)
         except MessageError as error:
-            self._lose(f"its agent has sent what no agent sends: {error}")
+            self._lose(f"its agent has sent an invalid message: {error}")
         except OSError as error:
             self._lose(str(error))
         except LaunchError as error:
@@ -235,7 +235,7 @@ class RemoteHost:
                 # To find out why may take a while, and play goes on.
                 self._lose("" if self._has_played else self._connection.why_ended())
             elif silence > (patient := AWAY_TIMEOUT if self._step is StartupStep.PLAYS else STARTING):
-                self._lose(f"nothing was heard of {self._reached.host} for {patient:g} s")
+                self._lose(f"nothing was heard from {self._reached.host} for {patient:g} s")
             elif self.reports.home and now - self._beat_sent >= HEARTBEAT_PERIOD:
                 self._beat_sent = now
                 self._send(wire.Beat(now))
@@ -267,7 +267,7 @@ class RemoteHost:
             self._failure = self._failure or why
         elif step is StartupStep.PLAYS:
             self._tell(
-                f" is away ({', '.join(self.names)}): its robots stand; it is tried again until it answers"
+                f" is away ({', '.join(self.names)}): its robots stand still; VRG tries again until it answers"
                 f"{why and f' ({why})'}"
             )
         elif why:
@@ -414,7 +414,7 @@ class RemoteHost:
             self._wait(lambda: not self._backlog or self._clock() > deadline, meanwhile)
         elif self.reports.statuses:
             self._announce(
-                f"what the processes on {self.machine} have written was not fetched; it is there in "
+                f"the files of the processes on {self.machine} were not fetched; they are there in "
                 f"{self.reports.home}/{self._prepare.run}"
             )
         self.reports.statuses = []

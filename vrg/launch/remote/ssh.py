@@ -31,7 +31,7 @@ _OPTIONS = (
 _ADVICE = (
     ("could not resolve", "check `host` in [machines.{name}], and the name in ~/.ssh/config"),
     ("host key verification failed", "run `ssh {host}` once and compare the key that it shows with the machine's own"),
-    ("permission denied", "put your key there by `ssh-copy-id {host}`, or load it into your key agent by `ssh-add`"),
+    ("permission denied", "put your key there with `ssh-copy-id {host}`, or load it into your agent with `ssh-add`"),
     ("connection refused", "start the ssh server there, or write its port into ~/.ssh/config"),
     ("no route to host", "is the machine switched on, and in this network?"),
     ("network is unreachable", "is this machine in the network of the other one?"),
@@ -64,7 +64,7 @@ def advice(message: str, name: str, host: str) -> str:
         message: the last line of ssh. name: the machine's name in the match file. host: what ssh was to connect to.
     """
     found = next((text.format(name=name, host=host) for words, text in _ADVICE if words in message.lower()), "")
-    return f"{found}{'; ' if found else ''}`ssh {host} true` must work without a question"
+    return f"{found}{'; ' if found else ''}`ssh {host} true` must work without asking anything"
 
 
 class Connection(Generic[M]):
@@ -131,7 +131,7 @@ class Connection(Generic[M]):
             return f"{message.rstrip('.: ') or 'ssh has failed'}: {given}"
         if status == _NO_COMMAND or "No such file" in message:
             return (
-                f"{message}: install VRG there, or write where it is into [machines.{self._name}], such as "
+                f"{message}: install VRG there, or write its path into [machines.{self._name}], such as "
                 '`vrg = "~/vrg/.venv/bin/vrg"`'
             )
         return f"it has ended with status {status}: {message or 'without an error message'} (log: {self._log})"

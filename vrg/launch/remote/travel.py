@@ -112,7 +112,7 @@ class LogReader:
         for path in sorted(self._folder.glob("*.log")):
             try:
                 size = path.stat().st_size
-                # A log that has become too long begins anew.
+                # A log that has become too long starts again.
                 begin = self._read.get(path.stem, 0) if size >= self._read.get(path.stem, 0) else 0
                 if size == begin:
                     continue

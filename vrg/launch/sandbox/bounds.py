@@ -24,7 +24,7 @@ OUTPUT_WINDOW = 10.0
 
 @contextmanager
 def bounded_memory(megabytes: int) -> Iterator[None]:
-    """Let this process get so much more memory than it has, and not more; who asks for it gets a MemoryError.
+    """Let this process get this much more memory than it has, and not more; a request for more raises a MemoryError.
 
     macOS accepts the bound and does not keep it; on Windows there is none.
     """

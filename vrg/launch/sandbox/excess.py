@@ -75,7 +75,7 @@ def _kept(folder: Path) -> tuple[int, int, str | None]:
                     found = os.stat(name, dir_fd=here, follow_symlinks=False)
                     if not stat.S_ISDIR(found.st_mode):
                         size += _room(found)
-                    # Who is root can list what its owner has closed, and must still be able to delete it.
+                    # Root can list a folder that its owner has closed, and must still be able to delete it.
                     elif not found.st_mode & stat.S_IRUSR:
                         refused.append(PermissionError(errno.EACCES, "", name))
             if place.count(os.sep) > folder.as_posix().count("/") + MAX_FOLDER_DEPTH:
@@ -88,7 +88,7 @@ def _kept(folder: Path) -> tuple[int, int, str | None]:
         if isinstance(problem, PermissionError):
             return size, count, f"it has made a folder that cannot be listed: {problem.filename}"
         if not isinstance(problem, FileNotFoundError | NotADirectoryError):
-            return size, count, f"its folder cannot be looked through: {problem.strerror}"
+            return size, count, f"its folder cannot be searched: {problem.strerror}"
     return size, count, None
 
 

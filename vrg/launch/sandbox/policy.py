@@ -84,7 +84,7 @@ def files(
 
     Args:
         own: its strategy, and the files and packages that it needs. libraries: the folders of Python and its packages.
-        hidden: what is in these folders and not for its eyes. One with a library in it is readable all the same.
+        hidden: what is in these folders and not for its eyes. One with a library in it is readable anyway.
         folder: its own folder.
         entries: as for `readable`. listed: the folders in which Python looks for its modules.
     """

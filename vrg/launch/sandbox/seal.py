@@ -41,7 +41,7 @@ _NO_NEW_PRIVILEGES, _AMBIENT, _AMBIENT_CLEAR, _DROP_BOUND = 38, 47, 4, 24
 _CAPABILITY_VERSION = 0x20080522
 _SET_FILTER, _ALL_THREADS = 1, 1
 """SECCOMP_SET_MODE_FILTER and SECCOMP_FILTER_FLAG_TSYNC."""
-_WHAT_TO_DO = "`sandbox = false` in the match file, or `vrg play --no-sandbox`, goes on without"
+_WHAT_TO_DO = "`sandbox = false` in the match file, or `vrg play --no-sandbox`, plays without a sandbox"
 
 
 def missing() -> str | None:
@@ -80,7 +80,7 @@ def seal(policy: SealPolicy) -> None:
     check_able()
     threads = len(os.listdir("/proc/self/task"))
     if threads != 1:
-        raise SandboxError(f"a process is sealed before it starts threads, and this one has {threads}")
+        raise SandboxError(f"a process must be sandboxed before it starts threads, and this one has {threads}")
     try:
         _forget_environment()
         _use_folder(policy.folder)
@@ -89,14 +89,14 @@ def seal(policy: SealPolicy) -> None:
         landlock.restrict(policy.files, policy.ports)
         filter_calls(rules(os.getpid()))
     except OSError as error:
-        raise SandboxError(f"this process cannot be sealed: {error}: {_WHAT_TO_DO}") from error
+        raise SandboxError(f"this process cannot be sandboxed: {error}: {_WHAT_TO_DO}") from error
 
 
 def _forget_environment() -> None:
     """Forget the environment variables but for a few: see `variables`."""
     kept = kept_in_sandbox(os.environ)
     os.environ.clear()
-    # What the process was started with stays in its memory otherwise: proc(5), /proc/pid/stat, fields 50 and 51.
+    # The environment at its start would stay in its memory: proc(5), /proc/pid/stat, fields 50 and 51.
     fields = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
     begin, end = int(fields[47]), int(fields[48])
     if 0 < begin < end:

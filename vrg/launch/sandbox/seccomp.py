@@ -43,7 +43,7 @@ REFUSED_CALLS = (
     "fanotify_init", "chmod", "fchmod", "fchmodat", "chown", "fchown", "lchown", "fchownat", "utime", "utimes",
     "futimesat", "utimensat", "setxattr", "lsetxattr", "fsetxattr", "removexattr", "lremovexattr", "fremovexattr",
     "mknod", "mknodat",
-    # room on the disk that no size tells of, and what slows or uses up what all programs share
+    # space on the disk that no file size shows, and calls that slow or use up what all programs share
     "fallocate", "sync", "syncfs", "inotify_init", "inotify_init1",
     # the kernel
     "keyctl", "add_key", "request_key", "bpf", "perf_event_open", "userfaultfd", "io_uring_setup", "io_uring_enter",

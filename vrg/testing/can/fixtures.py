@@ -1,6 +1,6 @@
 """The fixtures of a robot with emulated drives on a simulated bus. A `conftest.py` imports those that it wants.
 
-`protocol` and `watchdog` may be parametrized, or defined anew.
+`protocol` and `watchdog` may be parametrized, or defined again.
 """
 
 from collections.abc import Iterator

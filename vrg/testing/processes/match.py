@@ -252,7 +252,7 @@ class LiveMatch:
         return done.stdout
 
     def resume(self) -> None:
-        """Go on after a halt."""
+        """Continue after a halt."""
         self.observer.wait_until(lambda: self.observer.state.halted, "a halt")
         self.go_on()
 

@@ -139,7 +139,7 @@ class Observer:
             now = time.monotonic()
             if len(self.heard.clocks) > clocks:
                 clocks, quiet_since = len(self.heard.clocks), now
-                # A world that is started again may go back a little. Who joins late hears of a match that is under way.
+                # A world that is started again may go back a little. One that joins late hears a running match.
                 played += max(0.0, self.now - (before or self.now)) / self.heard.clocks[-1].body.rate
                 before = self.now
             over = played > patience or now - quiet_since > patience or now - began > LONGEST * patience

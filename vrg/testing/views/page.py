@@ -23,7 +23,7 @@ def port() -> int:
 
 @pytest.fixture
 def page_admission(port: int) -> Admission:
-    """Who is let in: an official, and who drives `player1` and `player2`."""
+    """Who is admitted: an official, and who drives `player1` and `player2`."""
     return admission("127.0.0.1", port, ["player1", "player2"])
 
 

@@ -85,7 +85,7 @@ def _shark(name: str, time: float) -> tuple[float, float]:
 
 
 def poses(time: float) -> m.Poses:
-    """Every body; the two first are said to be physical."""
+    """Every body; the first two are declared physical."""
     return m.Poses(
         bodies=tuple(
             m.Body(name=name, pose=pose_at(name, time), twist=Twist(0.9, 0.1), physical=name in ("bruce", "nemo"))

@@ -258,7 +258,7 @@ class WindowContract:
         assert lent(bench.down(pygame.K_UP))[-1].forward == SLOW
 
     def test_a_gamepad_whose_battery_is_empty_holds_nothing(self, held: Bench) -> None:
-        """Its dongle is still plugged in, and so SDL tells of no release."""
+        """Its dongle is still plugged in, and so SDL reports no release."""
         began = held.node.pads.now()
         held.node.pads.now = lambda: began + SILENCE + 0.1
         assert lent(held.tick())[-1] == STANDS

@@ -31,8 +31,8 @@ def foreign(origin: str | None, host: str, served: str, machine: str, named: str
     own = {"localhost", served.lower(), machine.lower(), f"{machine.lower()}.local", named.lower()} - {""}
     if name not in own and not _is_address(name):
         return (
-            f"expected this machine's address or name ({machine}) in the address of the page, got {name!r}: a name "
-            "that others give to it may be a trick of another site"
+            f"expected this machine's address or name ({machine}) in the address of the page, got {name!r}: "
+            "another name for this machine may be a trick of another site"
         )
     if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
         return f"expected a connection of the page that is served here, got one of {origin!r}"

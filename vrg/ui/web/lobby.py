@@ -50,7 +50,7 @@ class Lobby:
     """Keeps the roles of the connections, which are known by numbers.
 
     Args:
-        admission: the tokens. limit: how many viewers are let in at most, and how many officials.
+        admission: the tokens. limit: how many viewers are admitted at most, and how many officials.
 
     Attributes:
         roles: of the connections that are admitted. wrong_tokens: how many wrong tokens were offered.
@@ -64,7 +64,7 @@ class Lobby:
     _addresses: dict[int, str] = field(default_factory=dict)
 
     def admit(self, guest: int, hello: Hello, address: str = "") -> Admitted | Refused:
-        """Let a connection in, or say why not. Whose seat is taken over becomes a viewer.
+        """Let a connection in, or say why not. A person whose seat is taken over becomes a viewer.
 
         Where there is no place left, the newest connection of the address that most come from must go, so that one
         computer cannot take all places.
@@ -91,7 +91,7 @@ class Lobby:
     @property
     def full(self) -> str:
         """The message for those that get no place."""
-        return f"{self.limit} pages are open already, and no more are served: close one."
+        return f"{self.limit} pages are open already, and this is the limit: close one."
 
     def _excess(self, kind: VisitorKind) -> int | None:
         """The connection that has no place, because there are too many of a kind; None if there are not."""

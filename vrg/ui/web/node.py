@@ -27,11 +27,11 @@ log = logging.getLogger(__name__)
 
 FRAME: Final = 1 / 25
 """The real time in s between two frames. The page draws what lies between them. It is a whole number of world ticks."""
-LET_GO: Final = "You do not drive {} now: let go of the controls once, and then drive again."
+LET_GO: Final = "You do not drive {} now: release the controls once, and then drive again."
 ANSWERS_AWAITED: Final = 200
 """The limit of decisions that are remembered until the referee answers them."""
 DRAWN_EVERY: Final = 15
-"""What drawers show is drawn up with every so many frames, and at once for a player that is newly selected."""
+"""The drawers' contents are made with every so many frames, and at once for a newly selected player."""
 LISTENING: Final = 3
 """The frames between the first drawer that is opened and what it shows: until then little has been heard."""
 NO_OFFICIAL: Final = "This page has no official's seat: it may stop everything, but not decide."
@@ -185,7 +185,7 @@ class WebNode(Node):
         try:
             yield
         except Exception:  # another package may raise anything
-            log.exception("the page goes on without the drawer %s, which has failed", name)
+            log.exception("the page continues without the drawer %s, which has failed", name)
             del self._drawers[name]
 
     def _drawn(self, wanted: Inspect, now: float) -> str:

@@ -49,7 +49,7 @@ class Hello(_Request, frozen=True, tag="hello", kw_only=True):
 
 
 class Ack(_Request, frozen=True, tag="ack", kw_only=True):
-    """The page has shown so many batches since it was admitted."""
+    """The page has shown this many batches since it was admitted."""
 
     count: Annotated[int, Meta(ge=0)]
 
@@ -100,7 +100,7 @@ def read_request(text: str) -> Request:
     """Decode a request.
 
     Raises:
-        ValueError: it is none; the message gives the reason, and repeats nothing of it.
+        ValueError: it is not one; the message gives the reason, and repeats nothing of it.
     """
     try:
         request: Request = _DECODER.decode(text)
@@ -119,7 +119,7 @@ def refusal(role: VisitorRole, request: Request) -> str:
         case Pressed(what=PageButton.ESTOP) if role.kind is VisitorKind.VIEWER:
             return "the emergency stop needs the link of an official or of a player's seat, with its token"
         case Pressed(what=what) if what is not PageButton.ESTOP and role.kind is not VisitorKind.OFFICIAL:
-            return "to decide needs the official's link, with its token"
+            return "deciding needs the official's link, with its token"
         case Inspect() if role.kind is not VisitorKind.OFFICIAL:
             return "a drawer needs the official's link, with its token"
         case _:

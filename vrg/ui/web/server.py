@@ -76,7 +76,7 @@ class _Guest:
         self.news.set()
 
     def unseen(self, gallery: Gallery) -> str:
-        """What is new to it, from now on no more."""
+        """The news for it, which are then no longer new."""
         news, self.seen = gallery.since(self.seen, None if self.inspects is None else f"{PRIVATE}{self.inspects.part}")
         return news
 
@@ -315,7 +315,7 @@ class WebServer(Site):
                     if waiting < DECISIONS_LIMIT:
                         self._decisions.append(ButtonPress(guest.number, role.words, what, player))
                 if waiting >= DECISIONS_LIMIT:
-                    guest.tell({"t": "notice", "text": "The match has not taken in what was asked before: wait."})
+                    guest.tell({"t": "notice", "text": "The match has not handled the last request yet: wait."})
             case Hello():
                 guest.tell({"t": "notice", "text": "This page has sent its token already."})
 

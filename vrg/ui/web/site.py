@@ -1,4 +1,4 @@
-"""Serves pages by aiohttp, in a thread of its own: static files, and what a kind of page adds to them."""
+"""Serves pages by aiohttp, in its own thread: static files, and what a kind of page adds to them."""
 
 import asyncio
 import contextlib
@@ -24,7 +24,7 @@ from vrg.ui.web.headers import PAGE_HEADERS, foreign
 
 log = logging.getLogger(__name__)
 _http_log = log.getChild("http")
-"""Of aiohttp's. Who sends what is no request is answered so, and cannot fill the log."""
+"""The log of aiohttp: a client that sends no valid request gets an answer, and cannot fill the log."""
 _http_log.setLevel(logging.WARNING)
 _http_log.addFilter(
     lambda record: not (record.exc_info and isinstance(record.exc_info[1], (HttpProcessingError, RequestPayloadError)))

@@ -24,7 +24,7 @@ from vrg.ui.window.text import Face, Fonts
 
 SMALLEST_UI: Final = 0.9
 """By how much letters are scaled at least; 1 is their size at 1280 by 800 pixels."""
-NO_PLANS: Final = "Nobody shows a plan now: one is drawn once somebody does"
+NO_PLANS: Final = "No player shows a plan now: plans are drawn when one does"
 PLANS_HIDDEN: Final = "Plans are hidden"
 NARROW: Final = 520
 """Pixels; a window narrower than this shows the field alone."""
@@ -138,7 +138,7 @@ class Painter:
 
 
 def letter_scale(width: int, height: int) -> float:
-    """By how much letters are scaled in a window of so many pixels; 1 is their size at 1280 by 800 pixels."""
+    """By how much letters are scaled in a window of this many pixels; 1 is their size at 1280 by 800 pixels."""
     return min(4.0, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))
 
 

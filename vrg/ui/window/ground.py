@@ -28,7 +28,7 @@ def draw_strip(surface: pygame.Surface, scene: Scene, view: Projection, ui: floa
 
 
 def legend_left(scene: Scene, width: int, ui: float, fonts: Fonts) -> int:
-    """The pixel at which the legend begins in a strip of so many pixels."""
+    """The pixel at which the legend begins in a strip of this many pixels."""
     return _legend(scene, width, ui, fonts)[0]
 
 

@@ -89,7 +89,7 @@ class HeaderPainter:
         lines = [line for text in texts for line in fonts.wrap(text, room, size, lines=2)][: _LINES - len(steps)]
         step, head = round(18 * ui), round(30 * ui)
         plate = Rect(place.left, place.top, place.width, 0)
-        # What is to be done stands beside each other, so that it has one line.
+        # The steps to take stand beside each other, so that they need one line.
         whole = "   ".join(steps)
         steps = [whole] if fonts.width(whole, size, Face.BOLD) <= room else steps
         plate.height = head + step * (len(lines) + len(steps)) + round(8 * ui)

@@ -38,7 +38,7 @@ class Overlay:
         """Ask who plays by another strategy from a match time, s, on."""
         self.close()
         brancher = self._brancher
-        cannot = "this replay cannot take matches up" if brancher is None else brancher.cannot
+        cannot = "this replay cannot continue matches" if brancher is None else brancher.cannot
         if brancher is None or cannot:
             self._message = Card("From here on: not with this match", (cannot,))
         else:

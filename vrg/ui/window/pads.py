@@ -45,12 +45,12 @@ class Pads:
     _barred: set[int] = field(default_factory=set)
     """The keys that must be let go before they count again."""
     _free: bool = True
-    """The dead-man's switch counts: it was let go since `let_go`."""
+    """The dead-man's switch counts: it was released since `let_go`."""
     _heard: float = 0.0
     """When the gamepad in use was heard last, s."""
 
     def start(self) -> None:
-        """Let SDL tell of gamepads, also while the window has no focus."""
+        """Let SDL report gamepads, also while the window has no focus."""
         os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")
         controller.init()
         pygame.joystick.init()
@@ -63,7 +63,7 @@ class Pads:
             return f"gamepad: {self._open[self.active].name}"
         if self._open:
             return "press a button of the gamepad to use it"
-        return self.unknown or "no gamepad: the keyboard serves"
+        return self.unknown or "no gamepad: use the keyboard"
 
     @property
     def unknown(self) -> str:
@@ -129,7 +129,7 @@ class Pads:
         return None
 
     def type(self, key: int) -> None:
-        """A key that is held belongs to a text: it steers nothing before it is let go."""
+        """A key that is held belongs to a text: it steers nothing before it is released."""
         self._barred.add(key)
 
     def let_go(self) -> None:
@@ -138,7 +138,7 @@ class Pads:
         self._free = DEADMAN not in self._held
 
     def _hear(self) -> None:
-        """The gamepad in use has sent something; after a long silence its switch must be pressed anew."""
+        """The gamepad in use has sent something; after a long silence its switch must be pressed again."""
         now = self.now()
         self._free &= now - self._heard <= SILENCE or DEADMAN not in self._held
         self._heard = now

@@ -19,7 +19,7 @@ _PLAYERS_SHARE: Final = 0.55
 
 
 class PanelPainter:
-    """Draws the panel into a rectangle from the top down. What has no room is left out.
+    """Draws the panel into a rectangle from the top down. Whatever has no room is left out.
 
     Args:
         fonts: to write with.

@@ -43,7 +43,7 @@ class Spectator(WindowNode):
 
     kind: ClassVar[str] = "spectator"
     meanings: ClassVar[Mapping[Act, str]] = {
-        Act.NEXT: "drive the next player", Act.PREVIOUS: "drive the one before", Act.MANUAL: "drive, give it back",
+        Act.NEXT: "drive the next player", Act.PREVIOUS: "drive the previous one", Act.MANUAL: "drive, give it back",
         Act.TAKE: "watch it again",
     }  # fmt: skip
 

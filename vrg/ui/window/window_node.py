@@ -141,7 +141,7 @@ class WindowNode(Window, Node):
             return
         player = self.driving.player
         if player is not None and self.stopped:
-            # So that it does not drive on by itself when the stop is released.
+            # It must not drive on by itself when the stop is released.
             self.give_back(STOPPED.format(player))
         elif player is not None and player not in self.drivable:
             self.give_back()

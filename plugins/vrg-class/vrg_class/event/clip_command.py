@@ -23,14 +23,14 @@ def clip(
     run: RunArgument = None,
     call: Annotated[int, typer.Option("--call", help="Number of the call; `vrg run why` lists them.")] = 1,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The file; call-N.gif in the run folder if missing.")
+        Path | None, typer.Option("--output", "-o", help="The file; the default is call-N.gif in the run folder.")
     ] = None,
     before: Annotated[float, typer.Option(min=0.0, max=60.0, help="Match time before the call, s.")] = 4.0,
-    after: Annotated[float, typer.Option(min=0.0, max=60.0, help="Match time after it, s.")] = 2.0,
-    speed: Annotated[float, typer.Option(min=0.1, max=16.0, help="Match seconds in a second.")] = 1.0,
+    after: Annotated[float, typer.Option(min=0.0, max=60.0, help="Match time after the call, s.")] = 2.0,
+    speed: Annotated[float, typer.Option(min=0.1, max=16.0, help="Match seconds per second.")] = 1.0,
     width: Annotated[int, typer.Option(min=200, max=1920, help="Width, pixels.")] = 800,
 ) -> None:
-    """Write the seconds around a call of the referee as a picture that moves, for pages and messages: a GIF."""
+    """Write the seconds around a call of the referee as a GIF animation, for pages and messages."""
     from vrg.playing.replay import read_for_window
 
     folder, setup = ended_run(run)

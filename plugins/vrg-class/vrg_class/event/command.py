@@ -28,7 +28,7 @@ WindowsOption = Annotated[bool, typer.Option("--windows", help="Show each match 
 def event(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The timetable, such as open-day.toml.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for what it writes; that of FILE's name if missing.")
+        Path | None, typer.Option("--output", "-o", help="Output folder; the default has the name of FILE.")
     ] = None,
     listen: ListenOption = None,
     tls: TlsOption = False,
@@ -37,7 +37,7 @@ def event(
 ) -> None:
     """Run a timetable of matches on one field, virtual, physical or mixed: line-up, play, review, pause, the next one.
 
-    It serves pages for the stage, for spectators and for officials. The same command goes on where it was.
+    It serves pages for the stage, for spectators and for officials. The same command continues where it stopped.
     """
     folder, table = output or file.with_suffix(""), read_timetable(file)
     if folder == file:
@@ -82,11 +82,11 @@ def run_event(
         try:
             token = f"officials.html#{served.page.official}"
             served.show((("spectators", ""), ("stage", "stage.html"), ("officials", token)), console)
-            console.print("(Ctrl-C ends it; nothing is lost, and the same command goes on)", markup=False)
+            console.print("(Ctrl-C ends it; nothing is lost, and the same command continues)", markup=False)
             if event.next is None and event.on is None:
                 console.print("all matches are played; officials may have one played again")
             if event.held is not None:
-                console.print("the timetable is held, as it was before: the officials' page lets it go on")
+                console.print("the timetable is held, as it was before: resume it on the officials' page")
             while not stop.wait(_LOOKED):
                 site.check()
                 tell()

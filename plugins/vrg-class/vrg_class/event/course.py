@@ -26,7 +26,7 @@ POINTS: Final = 1_000_000
 
 
 class Phase(enum.StrEnum):
-    """What the field is for: the next match, a match that lines up, one that is played, or the review of its score."""
+    """The use of the field: the next match, a match that lines up, one that is played, or the review of its score."""
 
     WAITING = "waiting"
     READY = "ready"
@@ -122,7 +122,7 @@ class Event:
 
     @property
     def kept(self) -> Kept:
-        """What is to survive a restart."""
+        """The state that must survive a restart."""
         return Kept(tuple(self._outcomes.values()), self._titles, self._seeds, tuple(self._again), self.held)
 
     @property
@@ -136,7 +136,7 @@ class Event:
         return self.next if self.on is None else next(one for one in self.plan.fixtures if one.of.name == self.on)
 
     def outcome(self, fixture: Fixture) -> Outcome | None:
-        """What has come out of a match; None before its end."""
+        """The outcome of a match; None before its end."""
         return self._outcomes.get(fixture.of.name)
 
     def title(self, fixture: Fixture) -> str:
@@ -195,7 +195,7 @@ class Event:
             self.hold(now, "failed", words=words)
 
     def _review(self, name: str, now: float) -> None:
-        """Let officials look at a score. What was broken off is not confirmed by itself, unless there is no review."""
+        """Let officials look at a score. A match that was broken off must be confirmed if there is a review."""
         self.phase, self.on, self._reviewed, self._held_at = Phase.REVIEW, name, now, now
         self._again.discard(name)
 
@@ -275,7 +275,7 @@ class Event:
         self._change()
 
     def correct(self, number: int, score: Mapping[str, int], winner: str, reason: str) -> None:
-        """Correct a result. What it was is kept.
+        """Correct a result. Its former value is kept.
 
         Args:
             winner: a side, or `draw`.

@@ -16,7 +16,7 @@ from random import Random
 from typing import Final
 
 _ATTEMPTS: Final = 8
-"""How often the search begins anew before it does with a break that is shorter by one match."""
+"""How often the search starts again before it does with a break that is shorter by one match."""
 
 
 def draw(teams: int, each: int) -> list[tuple[int, int]]:

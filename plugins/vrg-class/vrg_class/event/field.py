@@ -1,4 +1,4 @@
-"""The field of an event: it plays one match after the other by `vrg play`, each in a process of its own."""
+"""The field of an event: it plays one match after the other by `vrg play`, each in its own process."""
 
 import asyncio
 import functools
@@ -113,7 +113,7 @@ class Field:
                 status = process.wait()
             file.unlink()
             if status != 0:
-                raise ConfigError(f"options: `vrg play {' '.join(table.options)}` is refused, as it says above")
+                raise ConfigError(f"options: `vrg play {' '.join(table.options)}` is refused for the reason above")
 
     async def play(
         self, match: Match, session: ClientSession, hear: Callable[[Live | None], None], stopping: Callable[[], bool]

@@ -115,7 +115,7 @@ def placed(outcomes: Iterable[Outcome], matches: Sequence[Match]) -> dict[str, O
 
 
 def unplaced(names: Iterable[str]) -> ConfigError:
-    """That the results of some matches belong to none of a timetable."""
+    """Says that the results of some matches belong to no match of a timetable."""
     return ConfigError(
         f"expected the results of this timetable, found those of {', '.join(map(repr, names))}: "
         "give the timetable back its teams and matches, or move the folder away"

@@ -111,7 +111,7 @@ class Running:
             title = event.title(fixture)
             self.said.put(f"{fixture.of.number}. {title}")
             report = await self.field.play(fixture.of, session, event.hear, lambda: self._closed or event.stopping)
-            if not (self._closed and (report.why or report.winner is None)):  # else it is played anew
+            if not (self._closed and (report.why or report.winner is None)):  # else it is played again
                 event.ended(report, self.now())
                 self.said.put(f"{title}: {report.words or report.why}")
                 await self.keep()

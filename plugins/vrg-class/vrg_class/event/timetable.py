@@ -18,7 +18,7 @@ MOST: Final = 500
 TEAMS: Final = 64
 """The teams of a timetable."""
 _DAY: Final = "-"
-"""What a time has that names its day."""
+"""The pattern of a time that names its day."""
 _LONGEST_DELAY: Final = timedelta(hours=6)
 """The longest time that a match comes late. A time of the day that is longer ago is that of the next day."""
 _OWN: Final = ("--listen", "--tls", "--web", "--page", "--runs", "--dry-run")
@@ -76,7 +76,7 @@ class Entry(Table):
     def _belongs_together(self) -> Self:
         of = {"strategies": "match", "each": "qualification", "elimination": "bracket", "places": "bracket"}
         if wrong := [name for name, kind in of.items() if getattr(self, name) and self.kind != kind]:
-            raise ValueError(f"{wrong[0]}: expected in a {of[wrong[0]]} alone, this is a {self.kind}")
+            raise ValueError(f"{wrong[0]}: expected only in a {of[wrong[0]]}, this is a {self.kind}")
         if self.kind == "qualification" and self.each is None:
             raise ValueError("each: expected how many matches each team has")
         return self
@@ -146,7 +146,7 @@ def _time(at: str) -> datetime:
     """A local time; that of no day is one of the first day of 1900.
 
     Raises:
-        ValueError, OverflowError, OSError: it is none.
+        ValueError, OverflowError, OSError: it is not one.
     """
     found = datetime.strptime(at, "%Y-%m-%d %H:%M" if _DAY in at else "%H:%M")
     if _DAY in at:

@@ -28,17 +28,17 @@ def calibrate(
     speed: Annotated[
         float | None, typer.Option(min=0.02, max=2, help="Highest speed, m/s; 0.2, or 0.5 with --fixes.")
     ] = None,
-    way: Annotated[float, typer.Option(min=0.2, max=20, help="How far straight ahead, m.")] = 1.5,
+    way: Annotated[float, typer.Option(min=0.2, max=20, help="How far to drive straight ahead, m.")] = 1.5,
     turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot, with a tape measure.")] = 2.0,
     fixes: Annotated[
-        bool, typer.Option("--fixes", help="Measure by the match's sources of fixes, such as a camera: no tape.")
+        bool, typer.Option("--fixes", help="Measure with the match's sources of fixes, such as a camera.")
     ] = False,
-    seconds: Annotated[float, lasting("How long it drives with --fixes.", 30)] = 90.0,
+    seconds: Annotated[float, lasting("How long the robot drives with --fixes.", 30)] = 90.0,
     in_process: Annotated[
-        bool, typer.Option("--in-process", help="With --fixes and emulated drives: faster, on simulated time.")
+        bool, typer.Option("--in-process", help="With --fixes and emulated drives: run faster, in simulated time.")
     ] = False,
 ) -> None:
-    """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file.
+    """Find a robot's directions, gear ratios and track, with a tape measure; write its calibration file.
 
     With --fixes the robot drives a figure, and its ratios, its track, its delay, acceleration, braking and top speed
     follow from what the match's sources of fixes have seen; its directions must be right already.
@@ -49,7 +49,7 @@ def calibrate(
     from vrg.hal.can.train import DriveTrain
     from vrg_drives.bringup import calibrating  # python-can is for who uses a bus
 
-    # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
+    # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be fixed.
     file, base = read_match(match_path(match)), match_path(match).resolve().parent
     settings = can_settings(file.backends.get("can", {}))
     if player not in settings.robots:
@@ -80,7 +80,7 @@ def calibrate(
     try:
         found = calibrating.calibrate(train, model, _Asker(), plan)
     except ValueError as error:
-        raise ConfigError(f"{player}: a measurement that cannot be: {error}") from None
+        raise ConfigError(f"{player}: an impossible measurement: {error}") from None
     finally:
         train.close()
     write_text(where, calibration_text(found))

@@ -94,7 +94,7 @@ def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) 
 
 
 class _Steps:
-    """The steps. What the first two find is used from then on by the train itself."""
+    """The steps. The train itself then uses what the first two find."""
 
     def __init__(self, train: DriveTrain, model: RobotModel, person: Person, plan: Plan) -> None:
         self._train = train
@@ -174,7 +174,7 @@ class _Steps:
                 f"The effective track is then {corrected_track(before, degrees, measured):.4g} m, it was {before:.4g} m"
             )
 
-        asked = f"By its odometry it turned {degrees:.1f} degrees. How many did it really turn?"
+        asked = f"By its odometry it turned {degrees:.1f} degrees. How many degrees did it really turn?"
         return corrected_track(before, degrees, _measured(person, asked, degrees, outcome))
 
 
@@ -190,7 +190,7 @@ def _measured(person: Person, question: str, expected: float, outcome: Callable[
         if not least <= answer <= most:
             person.shows(
                 f"Expected {least:.4g} to {most:.4g}, got {answer:g}. If {answer:g} is right, the gear's ratio in the "
-                "wiring is wrong: stop by Ctrl-C, correct it, and begin again."
+                "wiring is wrong: stop with Ctrl-C, correct it, and begin again."
             )
         elif person.agrees(f"{outcome(answer)}. Is {answer:g} right?"):
             return answer
@@ -301,8 +301,8 @@ class _Runner:
                 raise RobotError(f"the odometry did not get there within {_LONGEST:g} s", self._train.name)
             if max(map(abs, self._state().angles)) > farthest:
                 raise RobotError(
-                    "its wheels have turned farther than the way takes, and its odometry is not there: were the "
-                    "questions of direction answered as they should be?",
+                    "its wheels have turned farther than the way takes, but its odometry is not there: were the "
+                    "questions about directions answered correctly?",
                     self._train.name,
                 )
             deadline += self._command(lambda: self._train.drive(twist))
@@ -335,7 +335,7 @@ class _Runner:
             send()
         except RobotError as error:
             self._state()
-            self._person.ready(f"{error}. Keep clear, it goes on from here.")
+            self._person.ready(f"{error}. Keep clear: the robot continues from here.")
             self._arm()
             return self._sent - began
         self._sent = self._clock.now()

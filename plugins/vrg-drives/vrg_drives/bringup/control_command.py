@@ -25,7 +25,7 @@ from vrg_drives.bringup.listening_command import listening, table_of
 if TYPE_CHECKING:
     from vrg.hal.can.train import DriveTrain
 
-IdsOption = Annotated[list[int] | None, typer.Option("--id", help="A drive's id; all drives if missing.")]
+IdsOption = Annotated[list[int] | None, typer.Option("--id", help="A drive's id; the default is all drives.")]
 
 _FIND = 1.0
 """s for which it is listened who is there."""
@@ -48,7 +48,7 @@ _HEADROOM = 2.0
 
 
 def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat the order.", 0.8, 600)] = 1.0) -> None:
-    """Order every motor on a bus to be off, and say which are. Needs no match, no router and no file."""
+    """Order every motor on a bus to be off, and print which ones are. This needs no match, router or file."""
     link, console = on.link(), make_console()
     with listening(link) as bus:
         end = bus.clock.now() + seconds
@@ -81,8 +81,8 @@ def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat t
         console.print(f"[red]{escape(words)}[/red]")
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if _is_off(found, ordered))
     console.print(
-        f"{link}: off by their own reports: {off or 'none'}. A drive that says and answers nothing is not among them: "
-        "look whether its motor turns."
+        f"{link}: off by their own reports: {off or 'none'}. A drive that sends nothing is not among them: "
+        "check whether its motor turns."
     )
     if problems or heard.troubles:
         raise typer.Exit(1)
@@ -105,7 +105,7 @@ def _unstopped(heard: BusState, ordered: float) -> list[str]:
         if report.on and report.reported_at >= ordered:
             found.append(f"{name} is still on, or turns: does another program drive it?")
         elif not _is_off(report, ordered):
-            found.append(f"{name} has not confirmed that it is off: look whether its motor turns, and cut its power")
+            found.append(f"{name} has not confirmed that it is off: check whether its motor turns, and cut its power")
         if abs(report.velocity) > TURNING_SPEED:
             found.append(
                 f"{name} still turns at {report.velocity:.3g} turn/s, whatever it reports: cut the power of its motor"
@@ -114,7 +114,7 @@ def _unstopped(heard: BusState, ordered: float) -> list[str]:
 
 
 def clear(on: BusOptions, ids: IdsOption = None) -> None:
-    """Let drives forget their latched errors, and say which they have then. Moves nothing."""
+    """Clear the latched errors of drives, and print those that remain. Nothing moves."""
     link, console = on.link(), make_console()
     with listening(link) as bus, console.status(f"looking for drives on {link}"):
         heard = bus.look_for(_FIND)
@@ -130,7 +130,7 @@ def address(
     to: Annotated[int, typer.Argument(help="The new id.")],
     on: BusOptions,
     protocol: ProtocolOption = "odrive",
-    id_: Annotated[int | None, typer.Option("--id", help="The drive's id until now.")] = None,
+    id_: Annotated[int | None, typer.Option("--id", help="The drive's present id.")] = None,
     serial: Annotated[str | None, typer.Option(help="The drive's serial number, as `vrg can scan` shows it.")] = None,
 ) -> None:
     """Give a drive another id. Name it by its id, its serial number, or both. Save it in the drive to keep it."""
@@ -139,7 +139,7 @@ def address(
     if problem := spoken.axis_type.check_node(to):
         raise ConfigError(f"the new id: {problem}")
     if id_ is None and serial is None:
-        raise ConfigError("expected --id or --serial: which drive is to have another id?")
+        raise ConfigError("expected --id or --serial: which drive gets the new id?")
     console = make_console()
     with listening(link) as bus:
         with console.status(f"looking for drives on {link}"):
@@ -151,7 +151,7 @@ def address(
         if found.on:
             raise RobotError(f"{found.protocol} {found.node}: expected a motor that is off: `vrg can stop`")
         bus.survey.listener_of(found).rename(found, number, to)
-    with listening(link) as bus, console.status("looking whether it has it"):
+    with listening(link) as bus, console.status("checking whether the drive has its new id"):
         heard = bus.look_for(_FIND)
     new = [f for f in heard.nodes if f.node == to and f.protocol == found.protocol]
     if new:
@@ -161,7 +161,7 @@ def address(
     console.print(table_of(heard))
     if not new:
         raise RobotError(f"{link}: expected the drive to have id {to} now, none has")
-    console.print(f"It has id {to} until it is switched off. Save it in the drive to keep it.")
+    console.print(f"The drive has id {to} until it is switched off. Save it in the drive to keep it.")
 
 
 def configure(
@@ -176,7 +176,7 @@ def configure(
     endpoints: Annotated[
         Path | None, typer.Option(help="flat_endpoints.json of an ODrive's firmware, as its maker publishes it.")
     ] = None,
-    save: Annotated[bool, typer.Option("--save", help="Let the drive keep all its settings for good.")] = False,
+    save: Annotated[bool, typer.Option("--save", help="Let the drive save all its settings permanently.")] = False,
 ) -> None:
     """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back its answer."""
     link = on.link()
@@ -213,11 +213,11 @@ def configure(
 def jog(
     id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
     on: BusOptions,
-    speed: Annotated[float, typer.Option(help="turn/s of the motor, before any gear; negative turns it back.")] = 1.0,
+    speed: Annotated[float, typer.Option(help="turn/s of the motor, before any gear; negative is backwards.")] = 1.0,
     seconds: Annotated[float, lasting("How long.", 0.1, 60)] = 2.0,
     protocol: ProtocolOption = "odrive",
     option: OptionsOption = None,
-    unsafe: Annotated[bool, typer.Option("--unsafe", help="Also a drive without a watchdog of its own.")] = False,
+    unsafe: Annotated[bool, typer.Option("--unsafe", help="Also turn a drive without a watchdog of its own.")] = False,
 ) -> None:
     """Turn one motor slowly, to see which it is and which way it turns. A fault, Ctrl-C or `vrg can stop` stops it."""
     from vrg.hal.can.base import TURN, WheelAxis  # python-can is for who uses a bus
@@ -269,7 +269,7 @@ def jog(
     if wrong:
         raise RobotError("; ".join(map(str, wrong)))
     turned = state.angles[0] / TURN * ratio
-    typer.echo(f"It has turned by {turned:+.2f} turns.")
+    typer.echo(f"The motor has turned by {turned:+.2f} turns.")
     whole = seconds >= _JOG_JUDGED and not interrupted.is_set()
     if whole and abs(turned) < STANDSTILL_SHARE * abs(speed) * seconds:
         raise RobotError(

@@ -19,10 +19,10 @@ def fault(
     kind: Annotated[FaultName, typer.Argument(help="; ".join(f"{k.name.lower()}: {w}" for k, w in WHAT.items()))],
     id_: Annotated[list[int], typer.Option("--id", help="An emulated drive's id; may be given several times.")],
     on: EmulatedBusOptions,
-    seconds: Annotated[float, lasting("How long it lasts; 0 = until end.", 0, 655)] = 0.0,
+    seconds: Annotated[float, lasting("How long the fault lasts; 0 = until `end`.", 0, 655)] = 0.0,
     value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
 ) -> None:
-    """Let something go wrong in an emulated drive. Real ones do not listen."""
+    """Inject a fault into an emulated drive. Real drives ignore it."""
     try:
         number = int(value, 0)
     except ValueError:
@@ -38,7 +38,7 @@ def fault(
         if done:
             typer.echo(f"node {one}: {kind} ({WHAT[request.kind].split(':')[0]})")
         elif done is None:
-            typer.echo(f"node {one}: not emulated on {link}; real drives do not listen to this", err=True)
+            typer.echo(f"node {one}: not emulated on {link}; real drives ignore this", err=True)
         else:
             typer.echo(f"node {one}: a drive of its protocol cannot have this fault", err=True)
     if failed:

@@ -72,7 +72,7 @@ def _number(value: float | None, digits: int) -> str:
 
 
 def scan(on: BusOptions, seconds: Annotated[float, lasting("How long to listen.", 0.3, 60)] = 1.5) -> None:
-    """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
+    """List the drives on a bus: protocol, id, serial number, firmware, state and errors. Nothing moves."""
     link, console = on.link(), make_console()
     with listening(link) as bus, console.status(f"listening on {link}"):
         heard = bus.look_for(seconds)
@@ -83,18 +83,18 @@ def scan(on: BusOptions, seconds: Annotated[float, lasting("How long to listen."
         return
     for words in heard.troubles:
         console.print(f"[red]{escape(words)}[/red]")
-    console.print(f"{link}: no drives. Is the bus wired and powered, and the bit rate right?")
+    console.print(f"{link}: no drives. Is the bus wired and powered, and is the bit rate right?")
     raise typer.Exit(1)
 
 
 def monitor(
     on: BusOptions,
-    seconds: Annotated[float | None, lasting("How long; until Ctrl-C if missing.", 0.3)] = None,
+    seconds: Annotated[float | None, lasting("How long; the default is until Ctrl-C.", 0.3)] = None,
     ask: Annotated[
         bool, typer.Option("--ask", help="Ask the drives too, which disturbs a robot that is just connecting.")
     ] = False,
 ) -> None:
-    """Show the drives on a bus, live, by their messages. Moves nothing, and sends nothing but for `--ask`."""
+    """Show the drives on a bus, live, from their messages. Nothing moves, and nothing is sent without `--ask`."""
     link, console = on.link(), make_console()
     with listening(link) as bus, Live(console=console, refresh_per_second=5) as live:
         live.update(f"listening on {link}")

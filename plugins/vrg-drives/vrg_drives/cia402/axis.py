@@ -121,12 +121,12 @@ class Cia402Axis(Axis):
             self._send(codec.upload(self.node, Object.IDENTITY, codec.SERIAL_NUMBER))
 
     def forget_serials(self) -> None:
-        """Let the drive say anew who it is."""
+        """Let the drive say again who it is."""
         super().forget_serials()
         self._sdo.serials.clear()
 
     def forget(self) -> None:
-        """Let the drive say anew who and what it is."""
+        """Let the drive say again who and what it is."""
         super().forget()
         self._prepared = self._settled = False
         self._sdo.serial_answers = 0
@@ -281,7 +281,7 @@ class Cia402Axis(Axis):
             # heartbeat of before may still be under way.
             self.state, self._wanted = MotorState.FAULT, False
             words = codec.NMT_WORDS[self._nmt]
-            self.fault = f"expected the network state operational, it is {words}: it must be set up anew"
+            self.fault = f"expected the network state operational, it is {words}: it must be set up again"
         elif self.state is MotorState.SILENT:
             self.state = MotorState.IDLE
 

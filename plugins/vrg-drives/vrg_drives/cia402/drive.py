@@ -58,7 +58,7 @@ class Cia402Drive(EmulatedDrive):
         self._server = ObjectServer(self.node, self.objects)
         said = self.options.protocol
         if isinstance(said, Cia402Options):
-            # What a person has to say is what such a drive does not say itself.
+            # A person must state what such a drive does not report itself.
             if said.counts is not None:
                 self.objects.remove(Object.ENCODER_RESOLUTION)
             if said.velocity_unit is not None:

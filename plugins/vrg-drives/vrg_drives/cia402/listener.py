@@ -255,7 +255,7 @@ class CanopenListener(Listener[CanopenNode]):
     def _object(self, node: CanopenNode, setting: str) -> bytes:
         data = node.client.read(*_object_of(setting), ANSWER_TIMEOUT)
         if data is None:
-            raise RobotError(f"canopen {node.node}: it has no object {setting}, or does not tell it")
+            raise RobotError(f"canopen {node.node}: it has no object {setting}, or does not report it")
         return data
 
     def _write(self, node: CanopenNode, index: int, sub: int, data: bytes) -> None:

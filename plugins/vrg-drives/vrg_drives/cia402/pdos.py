@@ -5,7 +5,7 @@ switched off and its number of entries is 0; an inhibit time is changed only whi
 
 A TPDO of type 254 or 255 goes out when a state in it changes (not a measurement) and at every tick of its event timer;
 other types, which wait for a SYNC or a remote frame, are refused. An RPDO's event timer is its deadline: it runs from
-the first frame of that RPDO on, as CiA 301 has it, and every frame of it starts it anew.
+the first frame of that RPDO on, as CiA 301 has it, and every frame of it starts it again.
 """
 
 import math
@@ -103,7 +103,7 @@ class DrivePdos:
         return min([self.deadline, *waits])
 
     def enter(self, operational: bool, now: float) -> None:
-        """The node's state in the network has changed: all timers begin anew."""
+        """The node's state in the network has changed: all timers start again."""
         self.operational = operational
         for pdo in (*self._rpdos, *self._tpdos):
             pdo.due, pdo.last = math.inf, None
@@ -111,7 +111,7 @@ class DrivePdos:
                 pdo.due = now + pdo.timer
 
     def changed(self, index: int, now: float) -> bool:
-        """An object was written; whether it is one of a PDO's, whose timers then begin anew."""
+        """An object was written; whether it is one of a PDO's, whose timers then start again."""
         pdo = self._pdo_of.get(index)
         if pdo is None:
             return False

@@ -23,7 +23,7 @@ class Units(NamedTuple):
 
     @property
     def wrap(self) -> float:
-        """The number of turns after which the position, which has 32 bits, begins anew."""
+        """The number of turns after which the position, which has 32 bits, starts again."""
         return 2**32 / self.counts
 
     def turns(self, counts: int) -> float:

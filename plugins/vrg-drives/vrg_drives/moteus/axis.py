@@ -73,7 +73,7 @@ _WHOLE = frozenset(
 )  # fmt: skip
 """The registers whose numbers are whole, also where a drive sends them as floats."""
 _COUNTER_END = 0x7FFF0000
-"""ms near which the counter of a drive that has run for 24 days begins anew."""
+"""ms near which the counter of a drive that has run for 24 days starts again."""
 _RESTART_SLACK = 50
 """ms by which the counter of a drive may be ahead of the time since it was heard, if it was started again meanwhile."""
 STOP_SUBFRAMES = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
@@ -148,12 +148,12 @@ class MoteusAxis(Axis):
         return None
 
     def forget(self) -> None:
-        """Let the drive say anew who and what it is."""
+        """Let the drive say again who and what it is."""
         super().forget()
         self._map = None
 
     def forget_implausible(self) -> None:
-        """Judge anew what is heard from now on."""
+        """Judge again what is heard from now on."""
         super().forget_implausible()
         self._uptime, self._uptime_at = 0, NEVER
 
@@ -173,7 +173,7 @@ class MoteusAxis(Axis):
         try:
             subframes = codec.decode(frame)
         except FrameError as error:
-            # What others say to one another may be of another protocol.
+            # Frames between other nodes may belong to another protocol.
             if source == self.node and not mine:
                 self._complain(f"a malformed frame: {error}")
             return
@@ -212,7 +212,7 @@ class MoteusAxis(Axis):
 
     def _type(self, line: bytes) -> str:
         """Type a line into the console; the first line that it prints of it, empty where none comes."""
-        # What others have typed, or have not read, comes first.
+        # Text that others have typed, or have not read, comes first.
         self._send(codec.console(HOST, self.node, Console.TYPE, b"\n"))
         for _ in range(_CONSOLE_QUESTIONS):
             if not self._ask_console():

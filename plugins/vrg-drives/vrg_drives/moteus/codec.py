@@ -57,7 +57,7 @@ class Subframe(NamedTuple):
     Args:
         kind: they are written, requested or reported. register: the number of the first one.
         resolution: how their values are written.
-        values: one raw value for each register; integers unless the resolution is F32. Of a READ they mean nothing.
+        values: one raw value for each register; integers unless the resolution is F32. In a READ they mean nothing.
     """
 
     kind: SubframeKind

@@ -40,7 +40,7 @@ def scale_of(register: int) -> Scale:
 
 
 WRAP = 65536.0
-"""turns after which a position begins anew: a drive counts in 16.48 bits of fixed point, from -32768 turns."""
+"""turns after which a position starts again: a drive counts in 16.48 bits of fixed point, from -32768 turns."""
 
 
 Mode = enum.IntEnum("Mode", {
@@ -76,7 +76,7 @@ def describe_mode(mode: int) -> str:
 
 
 def describe_fault(code: int) -> str:
-    """A fault in words; empty where it is none."""
+    """A fault in words; empty where it is not one."""
     if not 0 < code < LIMITS:
         return ""
     return _FAULTS.get(code, f"fault {code}")

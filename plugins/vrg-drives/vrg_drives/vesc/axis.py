@@ -116,13 +116,13 @@ class VescAxis(Axis):
         return None
 
     def forget(self) -> None:
-        """Let the drive say anew who and what it is."""
+        """Let the drive say again who and what it is."""
         super().forget()
         self._versions.clear()
         self._asked = 0
 
     def forget_implausible(self) -> None:
-        """Judge anew what is heard from now on."""
+        """Judge again what is heard from now on."""
         super().forget_implausible()
         self._unanswered, self.deaf = 0, False
 
@@ -159,7 +159,7 @@ class VescAxis(Axis):
         """Do nothing: a setpoint alone drives it."""
 
     def poll(self, now: float) -> None:
-        """Ask for its flags and its fault, in turns. One that answers no more does not hear its setpoints either."""
+        """Ask for its flags and its fault, in turns. A drive that answers no more hears no setpoints either."""
         self._unanswered += self.heard > self._polled
         self._polled = now
         self.deaf = self._unanswered >= _DEAF

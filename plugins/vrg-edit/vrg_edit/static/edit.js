@@ -38,7 +38,7 @@ function send(request) {
     try {
       answer = await (await post("edit", JSON.stringify("seen" in request ? { ...request, seen: told.number } : request), token)).json();
     } catch (error) {
-      tell(error instanceof TypeError ? "The terminal in which this was begun has ended it. What was not saved is in the file that it names." : error.message);
+      tell(error instanceof TypeError ? "The configurator was ended in its terminal, which names the file with the changes that were not saved." : error.message);
     }
     if (request.do === "place") plan.waits -= 1;
     if (answer) hear(answer, request);
@@ -82,7 +82,7 @@ function tell(text) {
 
 function end(request) {
   ended = true;
-  const words = { watch: "The recording is shown in a window.", leave: "The configurator has ended." }[request.do] ?? "The match is played: the terminal tells where.";
+  const words = { watch: "The recording is shown in a window.", leave: "The configurator has ended." }[request.do] ?? "The match is played: see the terminal.";
   document.body.replaceChildren(make("p", "", `${words} You can close this page.`));
   document.body.firstChild.id = "end";
   sessionStorage.removeItem("editor");
@@ -322,7 +322,7 @@ const acts = {
   undo: () => (document.activeElement.blur(), ask({ do: "undo" })),
   redo: () => (document.activeElement.blur(), ask({ do: "redo" })),
   save: () => save(),
-  "save-as": () => question({ kind: "name", question: "Save as which name? The file gets it, too." }, { do: "save", seen: 0 }),
+  "save-as": () => question({ kind: "name", question: "Save under which name? The file gets this name, too." }, { do: "save", seen: 0 }),
   close: () => send({ do: "leave" }),
   more: () => count(told.players.length + 1),
   remove: () => (ask({ do: "remove", players: [...marked] }), marked.clear()),

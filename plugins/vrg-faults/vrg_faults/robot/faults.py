@@ -105,7 +105,7 @@ class Faults:
         share = self._rng.choice((0.02, 0.2, 1.0))
 
         def spoiled(frame: Frame, by_drive: bool) -> list[tuple[float, Frame]]:
-            # What is spoilt on its way is dropped by the bus itself (ISO 11898-1: a checksum): a drive sends it so.
+            # The bus itself drops a frame that is damaged on its way (ISO 11898-1: a checksum): a drive sends it so.
             if not by_drive or self._rng.random() >= share or not frame.data:
                 return [(0.0, frame)]
             if self._rng.random() < 0.5:

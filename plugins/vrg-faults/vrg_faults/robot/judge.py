@@ -75,7 +75,7 @@ class Judge:
         self._readings = self._pose = None
 
     def forgive(self) -> None:
-        """Judge anew from here."""
+        """Judge again from here."""
         self._since.clear()
 
     def look(self, *, awake: bool, strangers: bool) -> None:
@@ -126,7 +126,7 @@ class Judge:
             before, then = self._pose
             way, turn = math.hypot(pose.x - before.x, pose.y - before.y), abs(wrap(pose.theta - before.theta))
             seconds = now - then + _LATE
-            # What is not a number is not less than anything.
+            # NaN is not less than anything.
             if not (way <= _JUMP + self._model.v_max * seconds and turn <= _JUMP + self._model.w_max * seconds):
                 raise WrongError(f"the pose by odometry has jumped by {way:.2f} m and {turn:.2f} rad")
         self._pose = pose, now

@@ -174,7 +174,7 @@ class Life:
             self._pass(3 * _TICK)
             if self._judge.fault:
                 raise WrongError(
-                    f"its player did not run for a while, which is no fault, and it tells {self._judge.fault}"
+                    f"its player did not run for a while, which is no fault, but it reports {self._judge.fault}"
                 )
 
     def _stay_well(self) -> None:
@@ -186,7 +186,7 @@ class Life:
         for _ in range(20):
             self._pass(_TICK)
             if self._judge.reported:
-                raise WrongError(f"nothing is wrong, and it tells {self._judge.fault or 'that it stops'}")
+                raise WrongError(f"nothing is wrong, but it reports {self._judge.fault or 'that it stops'}")
 
     def _be_well(self) -> None:
         """Nothing is wrong any more."""
@@ -237,12 +237,12 @@ class Life:
                     self._faults.switch_off_and_on()
                     end, recoveries = self._clock.now() + REVIVE, 0
                 elif recoveries > _RECOVERIES:
-                    raise WrongError(f"it has recovered {_RECOVERIES} times and still tells {self._judge.fault}")
+                    raise WrongError(f"it has recovered {_RECOVERIES} times and still reports {self._judge.fault}")
                 self._robot.hear(KEYS.estop_release, EstopRelease(by="fuzzer"))
                 self._robot.hear(KEYS.recover("r"), Recover(by="fuzzer"))
             self._pass(_TICK)
 
-    # What can happen to the player.
+    # Events that can happen to the player.
 
     def _be_busy(self) -> None:
         """The process of the player does not get to run for a while."""
@@ -262,7 +262,7 @@ class Life:
             self._robot.port.thaw()
 
     def _be_killed(self) -> None:
-        """The process of the player ends without a word; the next one comes when everything is well."""
+        """The process of the player ends silently; the next one comes when everything is well."""
         if self._frozen or self._dead:
             return
         self._note("a killed player")

@@ -225,7 +225,7 @@ def _failures(row: GameRecord, labels: Collection[str]) -> list[str]:
     """The failures of a game in the code of versions of one entry."""
     own, played = _players(row, labels), row.played
     if own and played.failures and not played.failing:
-        return ["an earlier VRG has not recorded whose code has failed: the logs of the game tell"]
+        return ["an earlier VRG did not record whose code failed: see the logs of the game"]
     return [failure for name, failure in zip(played.failing, played.failures, strict=False) if name in own]
 
 

@@ -32,7 +32,7 @@ def next_pairing(
 ) -> Pairing | None:
     """The two strategies whose turn it is and whose next pair of games most reduces the variances of the ratings.
 
-    It depends on its arguments alone. Of several that are as good it is the first, in the order of `among`.
+    It depends on its arguments alone. Among several that are as good, it is the first in the order of `among`.
 
     Args:
         found: the ratings by the games so far.

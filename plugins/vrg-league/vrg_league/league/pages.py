@@ -130,7 +130,7 @@ class LeaguePages:
         games: list[list[Cell]] = [["game", "against", "result", "version", "side", "score", "seed"]]
         games += [self._line(number, row, entry) for number, row in reversed(of_entry)]
         now = league.playing.get(entry)
-        notes = [f"plays by version {now.number} since {now.since}" if now else "no version has passed the check"]
+        notes = [f"plays with version {now.number} since {now.since}" if now else "no version has passed the check"]
         blocks = [Block(versions, "numbers", "Versions"), Block(games, "list", "Games")]
         return page(entry, notes, blocks, reloads=False, links=self._back)
 

@@ -86,5 +86,5 @@ def open_league(
     now = structs.replace(before, vrg=__version__, code=code)
     if not new_release and (differences := now.differences(before)):
         what = "older games may not be played again as they were, and count as before"
-        raise ConfigError([f"{out}: {'; '.join(differences)}: --new-release goes on all the same: {what}"])
+        raise ConfigError([f"{out}: {'; '.join(differences)}: --new-release continues anyway: {what}"])
     return LeagueFolder(out, now, another=new_release)

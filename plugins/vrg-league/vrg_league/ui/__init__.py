@@ -1,1 +1,1 @@
-"""What is shown of many games: pages of tables, games that move, and plots."""
+"""Pictures and pages of many games: pages of tables, games that move, and plots."""

@@ -85,7 +85,7 @@ def page(
         links=links,
         reloads=RELOADED_EVERY if reloads else 0,
         rows=max(rows, _ROOM),
-        # So many columns have as much room as so few.
+        # Many columns have as much room as a few.
         width=round(26 / max(10, *(len(block.table[0]) for block in boards), 0), 2) if boards else 0,
         colours={name: hexadecimal(colour) for name, colour in _COLOURS.items()},
     )

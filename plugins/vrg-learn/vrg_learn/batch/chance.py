@@ -12,7 +12,7 @@ _STEP = np.uint64(0x9E3779B97F4A7C15)
 
 
 def streams(matches: int) -> Records:
-    """The streams of so many matches, which `seed` sets. The field `word` is the state of each."""
+    """The streams of this many matches, which `seed` sets. The field `word` is the state of each."""
     return records(matches, word=(np.uint64,))
 
 

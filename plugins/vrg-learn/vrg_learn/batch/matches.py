@@ -26,7 +26,7 @@ GAMES: Final[dict[str, Callable[..., BatchedGame]]] = {
 
 
 class Batch:
-    """So many matches at once. Matches that end begin anew in the same step (Gymnasium's SAME_STEP).
+    """This many matches at once. Matches that end start again in the same step (Gymnasium's SAME_STEP).
 
     Args:
         setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn.
@@ -136,7 +136,7 @@ class Batch:
         return found
 
     def reset(self, seed: int | None = None) -> npt.NDArray[np.float32]:
-        """Begin all matches anew, and return the observations: shape (matches, players, length)."""
+        """Begin all matches again, and return the observations: shape (matches, players, length)."""
         if seed is not None:
             chance.seed(self.records.chance, seed)
         self._begin(0, self.matches, self.records, self.vary, self.out)

@@ -34,7 +34,7 @@ class Walls(NamedTuple):
 
 
 def robots(models: Sequence[RobotModel], matches: int) -> Records:
-    """The same robots in each of so many matches.
+    """The same robots in each of this many matches.
 
     Fields, each with a row for each player: `sizes`: length and width, m; `reach`: the radius of the circle around the
     body, m; `rates` and `motions`, shape (axes, 3): `Drivetrain.rates`, and the effect of each axis on the twist;
@@ -80,7 +80,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
 
 
 def motions(matches: int, players: int, axes: int) -> Records:
-    """The motion of the robots of so many matches: at rest at the origin, with locked wheels.
+    """The motion of the robots of this many matches: at rest at the origin, with locked wheels.
 
     Fields, each with a row for each player: `poses` and `before`: x, y in m and the heading in rad, now and before the
     last step; `velocities`: v in m/s, w in rad/s, and the speed to the left in m/s; `speeds` and `targets`: those that
@@ -213,7 +213,7 @@ def body(poses: Floats, sizes: Floats, n: int) -> Box:
 
 
 def collide(m: Record, r: Record, walls: Walls, dt: float) -> None:
-    """Push overlapping bodies of one match apart, and put back those that overlap all the same."""
+    """Push overlapping bodies of one match apart, and put back those that overlap anyway."""
     poses, sizes, before = m.poses, r.sizes, m.before
     count = len(poses)
     at_wall = np.zeros(count, dtype=np.bool_)

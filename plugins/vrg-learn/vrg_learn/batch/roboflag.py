@@ -38,7 +38,7 @@ DEPTH = 0.6
 
 
 def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
-    """The game of a match file, for so many matches."""
+    """The game of a match file, for this many matches."""
     layout, settings, players = book.layout, book.settings, list(book.contestants.values())
     count = len(players)
     setting = records(
@@ -87,7 +87,7 @@ def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
 
 
 def standing(matches: int, players: int) -> Records:
-    """The standing of so many matches, before their reset.
+    """The standing of this many matches, before their reset.
 
     Fields: `states` and `before` (the pose at the look before) of each player; `carriers` and `points` of each team,
     where the carrier is that of its flag; `number`: that of the round, from 1; `clock`: the time of play in it, s;
@@ -108,7 +108,7 @@ def standing(matches: int, players: int) -> Records:
 
 
 def reset(s: Record, t: Record, m: Record, r: Record, chance: Record) -> None:
-    """Begin a match anew, with all players on their marks and at rest."""
+    """Begin a match again, with all players on their marks and at rest."""
     t.points[:] = 0
     t.number, t.winner = 1, -1
     for n in range(len(s.sides)):

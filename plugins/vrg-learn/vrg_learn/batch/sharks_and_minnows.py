@@ -35,7 +35,7 @@ NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNI
 
 
 def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGame:
-    """The game of a match file, for so many matches."""
+    """The game of a match file, for this many matches."""
     settings, players = book.settings, list(book.contestants.values())
     count, extent = len(players), LargestBody.of(players)
     ends = [settings.end_zone(end) for end in ("low", "high")]
@@ -86,7 +86,7 @@ def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGa
 
 
 def standing(matches: int, players: int) -> Records:
-    """The standing of so many matches, before their reset.
+    """The standing of this many matches, before their reset.
 
     Fields: `roles`, `active` (whether it may move), `limits` (the top speed, m/s) and `before` (the pose at the look
     before) of each player; `points`: those of the minnows and of the sharks; `number`: that of the pass, from 1;
@@ -111,7 +111,7 @@ def standing(matches: int, players: int) -> Records:
 
 
 def reset(s: Record, t: Record, m: Record, r: Record, chance: Record) -> None:
-    """Begin a match anew, with all players on their marks and at rest."""
+    """Begin a match again, with all players on their marks and at rest."""
     t.points[:] = 0
     t.number, t.goal, t.clock, t.winner = 1, s.first_goal, 0.0, -1
     for n in range(len(s.sides)):

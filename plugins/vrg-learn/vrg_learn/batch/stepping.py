@@ -84,7 +84,7 @@ class Matches(NamedTuple):
 
 
 def minds(matches: int, players: int, delay: int) -> Records:
-    """What the players of so many matches know and have decided.
+    """What the players of this many matches know and have decided.
 
     Fields: `poses`: as published; `velocities`: their estimates, m/s; `own`: each player's own measured pose and twist;
     `steps`: the decisions in this match so far; `late`: by how many decisions commands are late; `loss`: their lost
@@ -103,7 +103,7 @@ def minds(matches: int, players: int, delay: int) -> Records:
 
 
 def plans(matches: int, players: int) -> Records:
-    """What the teams of so many matches that play by a strategy remember: all play by actions at first.
+    """What the teams of this many matches that play by a strategy remember: all play by actions at first.
 
     Fields: `strategy` of each team: its number, or -1; `driving`: whether it drives by that, or by actions; `opened`
     and `winner`: when each has chosen the player that goes first, s, and whom; and of each player `advice`: the v and w
@@ -139,7 +139,7 @@ judge = next_round = reset = drive = able = observe = forget = plan = decide = h
 def begin(
     s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, chance: Record, vary: Variation
 ) -> None:
-    """Begin a match anew, with robots and a link of its own."""
+    """Begin a match again, with robots and a link of its own."""
     for n in range(len(m.poses)):
         r.v_max[n] = model.v_max[n] * between(chance, 1.0 - vary.speed, 1.0 + vary.speed)
         r.slew[n] = model.slew[n] * between(chance, 1.0 - vary.acceleration, 1.0 + vary.acceleration)
@@ -208,7 +208,7 @@ def show(s: Record, t: Record, model: Record, k: Record, o: Outputs, b: int) -> 
 
 
 def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> None:
-    """Begin the matches of these numbers anew."""
+    """Begin the matches of these numbers again."""
     for b in range(low, high):
         s, t, m, r, k, model = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b], a.model[b]
         begin(s, t, m, r, model, k, a.chance[b], vary)

@@ -15,7 +15,7 @@ from vrg_learn.batch.matches import Batch
 class VectorMatches(VectorEnv[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]):
     """All players of a batch as rows: those of the first match, then those of the second.
 
-    This is the form that PufferLib and programs like those of CleanRL take, too. Matches that end begin anew in the
+    This is the form that PufferLib and programs like those of CleanRL take, too. Matches that end start again in the
     same step; `infos["final_obs"]` then has the last observations of their players. `infos["able"]` tells of which rows
     the next action counts; see `Outputs`. All arrays are overwritten by the next step.
 
@@ -36,13 +36,13 @@ class VectorMatches(VectorEnv[npt.NDArray[np.float32], npt.NDArray[np.float32], 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
-        """Begin all matches anew.
+        """Begin all matches again.
 
         Args:
             seed: of all that is drawn. options: `reset_mask` is refused, as players of one match begin together.
 
         Raises:
-            ConfigError: the seed is a list, or some players only are to begin anew.
+            ConfigError: the seed is a list, or some players only are to start again.
         """
         if isinstance(seed, list) or (options and "reset_mask" in options):
             raise ConfigError("reset: expected one seed, and no reset_mask: the players of a match begin it together")

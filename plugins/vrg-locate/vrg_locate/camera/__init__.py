@@ -13,7 +13,7 @@ except ImportError as error:
         "`pip install 'virtual-robotic-games-locate[camera]'`"
     ) from error
 
-# It would print warnings of its own between the words that are told here.
+# It would print its own warnings between the messages of this module.
 cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 __all__ = ["cv2"]

@@ -31,7 +31,7 @@ _PATIENCE: Final = 0.1
 class PictureStream(LiveStream[CameraFrame]):
     """The newest picture of a camera or a file.
 
-    Of a camera no picture counts that is the same as the one before, bit for bit: a camera that works has noise.
+    A picture of a camera that equals the one before bit for bit does not count: a camera that works has noise.
 
     Args:
         open_: opens where pictures come from; it may raise a ConfigError. monotonic: the clock of their times, s.
@@ -57,7 +57,7 @@ class PictureStream(LiveStream[CameraFrame]):
         return problem
 
     def silent(self, silence: float) -> str:
-        """That the camera has frozen, or sends nothing."""
+        """Says that the camera has frozen, or sends nothing."""
         if self._repeats:
             return "it has frozen: it sends the same picture again and again: unplug it and plug it in"
         return f"it has sent no picture for {silence:.0f} s: is its cable plugged in?"
@@ -133,5 +133,5 @@ class TagStream(LiveStream[TagSighting]):
             picture = grey_of(frame.picture)
             self.put(TagSighting(frame.time, self._detector.detect(picture), (picture.shape[1], picture.shape[0])))
         except Exception as error:  # one picture must not end the search in all others
-            log.exception("a picture cannot be looked at")
-            self.report(f"a picture cannot be looked at: {type(error).__name__}: {error}")
+            log.exception("a picture cannot be processed")
+            self.report(f"a picture cannot be processed: {type(error).__name__}: {error}")

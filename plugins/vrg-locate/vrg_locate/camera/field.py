@@ -170,8 +170,8 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
     rays = lens.rays(pixels)
     best = None
     above = _from_above(floor, rays)
-    # Two poses see points of a plane alike; the right one is above the floor, and has the smaller error. Of a camera
-    # that looks straight down OpenCV finds neither of them in most places, so it is also begun from there: see
+    # Two poses see points of a plane alike; the right one is above the floor, and has the smaller error. For a camera
+    # that looks straight down, OpenCV finds neither of them in most places, so the search also starts there: see
     # findings/opencv-ippe-straight-above.sh.
     count, turns, ways, _ = cv2.solvePnPGeneric(floor, rays, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
     starts = [*zip(turns[:count], ways[:count], strict=True), *([] if above is None else [above])]

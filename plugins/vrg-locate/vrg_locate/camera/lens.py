@@ -118,7 +118,7 @@ class BoardView(Struct, frozen=True):
     def refusal(self) -> str | None:
         """The reason why the view is of no use, in words; None if it is."""
         if self.blur > _BLURRED:
-            return f"it is blurred by {self.blur:.1f} pixels: hold board and camera still, and have more light"
+            return f"it is blurred by {self.blur:.1f} pixels: hold board and camera still, and use more light"
         return None
 
 

@@ -51,7 +51,7 @@ class Reader(Protocol):
     """The origin of pictures.
 
     Attributes:
-        live: True for a camera, which takes a picture anew each time; False for a file, which ends.
+        live: True for a camera, which takes a new picture each time; False for a file, which ends.
     """
 
     live: bool
@@ -111,7 +111,7 @@ class VideoReader:
             self._pace = _Pace(rate if 0.1 <= rate <= 1000.0 else _FOLDER_RATE, sleep)
 
     def _ask(self, wanted: Wanted) -> None:
-        # Without compression a USB camera sends few large pictures in a second. A lens that focuses anew is another.
+        # Without compression a USB camera sends few large pictures in a second. A lens that focuses again is another.
         self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
         if wanted.size is not None:
             self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, wanted.size[0])

@@ -132,7 +132,7 @@ class CameraSource(RealSource[TagSighting]):
 
     @classmethod
     def problems(cls, settings: Table, base: Path) -> list[str]:
-        """That the calibration file cannot be used, in words."""
+        """Says that the calibration file cannot be used."""
         assert isinstance(settings, CameraSettings)
         try:
             file = base / settings.calibration
@@ -143,7 +143,7 @@ class CameraSource(RealSource[TagSighting]):
 
     @classmethod
     def missing_here(cls, settings: Table, base: Path) -> list[str]:
-        """That the camera cannot be opened, or sends no pictures, or some of another size than it was calibrated at."""
+        """Says that the camera cannot be opened, sends no pictures, or sends others than of its calibrated size."""
         assert isinstance(settings, CameraSettings)
         try:
             size = load_camera(base / settings.calibration).lens.size
@@ -191,8 +191,8 @@ class CameraSource(RealSource[TagSighting]):
         if unchecked > _UNCHECKED:
             self.warn(
                 "unchecked",
-                "fewer than two tags on the floor are seen: if the camera is moved, nothing shows it, and robots are "
-                "taken to be elsewhere; so their poses are known worse and worse: lay tags, or look what hides them",
+                "fewer than two tags on the floor are seen: nothing shows it if the camera is moved and robots are "
+                "located wrongly, so their poses become less and less certain: lay tags, or see what hides them",
             )
         counts = Counter(tag.number for tag in sighting.tags)
         for tag in sighting.tags:

@@ -130,7 +130,7 @@ def doubt_of(found: Findings, fates: dict[str, int]) -> str | None:
         why = "does the source see this robot, is nothing in its way, and are the directions of its motors right?"
         if fates.get("turned"):
             why = (
-                "it drives another way than it heads by them: is its tag or its body turned (write `heading`, "
+                "by them it does not drive where it heads: is its tag or its body turned (write `heading`, "
                 'or `prints = "apriltag"` for tags of other programs), or are the directions of its motors wrong?'
             )
         return f"{whole - taken} of {whole} fixes were refused: {why}"

@@ -32,7 +32,7 @@ def held(commands: Commands) -> list[tuple[float, Twist]]:
 
 
 def unbroken(motions: Motions, fastest: float) -> list[Motions]:
-    """The parts of what odometry measured between which it has begun anew, or was not heard for long.
+    """The parts of what odometry measured between which it has started again, or was not heard for long.
 
     Args:
         fastest: the speed above which the robot cannot have driven, m/s.

@@ -37,7 +37,7 @@ class MocapFrame(Struct, frozen=True, tag="frame"):
 
 
 class Trouble(Struct, frozen=True, tag="trouble"):
-    """That there will be no frames, and why in words."""
+    """Says that there will be no frames, and why."""
 
     text: str
 

@@ -52,13 +52,13 @@ def _listen(request: Request, out: IO[bytes]) -> None:
         _end_after(request.patience)
         seen = system.rigidBodies
         bodies = [_body(name, body) for name, body in seen.items() if pace.takes(name, now)]
-        # That it sees no body is told, too.
+        # It also reports that it sees no body.
         if bodies or (not seen and pace.takes(None, now)):
             out.write(encode(MocapFrame(now, bodies)))
 
 
 def _end_after(patience: float) -> None:
-    """Let this process be ended in so many seconds of real time, unless this is called again before."""
+    """Let this process be ended in this many seconds of real time, unless this is called again before."""
     if POSIX:
         signal.setitimer(signal.ITIMER_REAL, patience)
     else:

@@ -16,7 +16,7 @@ from vrg_locate.stream import LiveStream
 
 SILENCE: Final = 3.0
 """The time in s without a rigid body after which a system counts as seeing nothing. It is longer than the patience of a
-request, so that of a system from which nothing comes at all that is told."""
+request, so that a system that sends nothing at all is reported."""
 _ENDING: Final = 1.0
 """The time that a process which has closed its output may take to end, s."""
 _QUEUE_LENGTH: Final = 512

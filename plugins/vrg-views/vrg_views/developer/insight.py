@@ -51,7 +51,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Insight:
-    """Everything that is known at one instant. What is by player is missing where it was never heard.
+    """Everything that is known at one instant. Values by player are missing if they were never heard.
 
     Args:
         now: the match time, s. scene: the field and the match. state: the referee's whole state.

@@ -42,7 +42,7 @@ class ArrivalCount:
     longest: float = 0.0
 
     def take(self, at: float, sequence: int, stamp: float) -> None:
-        """Take in a message. One with a lower number than the last is from a sender that has begun anew."""
+        """Take in a message. One with a lower number than the last is from a sender that has started again."""
         if sequence > self.sequence >= 0:
             self.lost += sequence - self.sequence - 1
             self.longest = max(self.longest, at - self.at)

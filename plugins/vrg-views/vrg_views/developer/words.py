@@ -28,6 +28,6 @@ CALLS: Final = "CALLS"
 NO_CALL: Final = "Nothing has been called since the page was served."
 
 NOBODY_SELECTED: Final = "Click a player in the list or on the field."
-NO_PROCESSES: Final = "No launcher tells of processes."
+NO_PROCESSES: Final = "No launcher reports processes."
 NOTHING_HEARD: Final = "Nothing has been heard yet."
 UNKNOWN: Final = "–"

@@ -203,7 +203,7 @@ class Desk:
         return seen.pose_age is None or seen.pose_age > POSE_TIMEOUT
 
     def _shares(self, twist: Twist) -> tuple[float, float]:
-        """A motion as parts of what the robot can do. What is too fast is slowed down on the same curve."""
+        """A motion as parts of what the robot can do. A motion that is too fast is slowed down on the same curve."""
         forward, turn = twist.v / self.robot.v_max, twist.w / self.robot.w_max
         most = max(1.0, abs(forward), abs(turn))
         return forward / most, turn / most

@@ -34,7 +34,7 @@ YOU_SOON: Final = "asked for by you, not yet granted"
 ANOTHER: Final = "another person"
 
 NO_REFEREE: Final = "the referee is silent"
-NO_POSE: Final = "the robot does not tell where it is"
+NO_POSE: Final = "the robot does not report where it is"
 NO_SCAN: Final = "no scan yet"
 NO_ECHO: Final = "no echo yet"
 NO_READING: Final = "no reading yet"

@@ -19,7 +19,7 @@ KIND: Final = Kind(
     opens="vrg_views.three.command:open_three",
     needs={"viser": Package("virtual-robotic-games-views[three]", ("viser",))},
     replays="vrg_views.three.command:show_replay",
-    option=Option("--3d", "Show it in three dimensions in browsers on this machine."),
+    option=Option("--3d", "Show the match in three dimensions in browsers on this machine."),
     views=True,
 )
 """The process that serves a match in three dimensions."""

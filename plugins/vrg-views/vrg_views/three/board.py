@@ -46,7 +46,7 @@ def _ink(colour: Rgb) -> str:
 
 
 def last_call(scene: Scene) -> str:
-    """The last call of the referee. The browser lets it fade, and shows it anew if it is another text."""
+    """The last call of the referee. The browser lets it fade, and shows it again if it is another text."""
     if not scene.calls:
         return ""
     call = scene.calls[-1]

@@ -14,7 +14,7 @@ MAX_FRAME_TIME: Final = 0.25
 """s of real time that a frame counts for at most, so that the match does not jump after the computer has slept."""
 _HELD: Final = 0.6
 """s of real time in which the bar stays where it was moved by a person."""
-_PLAY, _BEFORE, _NEXT = "Play/Pause", "Call before", "Next call"
+_PLAY, _BEFORE, _NEXT = "Play/Pause", "Previous call", "Next call"
 _MOVES: Final[dict[str, Callable[[Playback], Playback]]] = {
     _PLAY: Playback.toggle, _BEFORE: Playback.previous_call, _NEXT: Playback.next_call,
 }  # fmt: skip
@@ -35,7 +35,7 @@ class ThreeReplay:
         self.playback = Playback.of(timeline.instants, [call.time for call in timeline.calls], timeline.end)
 
     def run(self, wait: Callable[[float], bool]) -> None:
-        """Serve it until `wait`, which waits for so many s, returns True.
+        """Serve it until `wait`, which waits for this many s, returns True.
 
         Raises:
             LaunchError: the port cannot be opened.

@@ -30,7 +30,7 @@ from vrg_views.three.stage import Batch, BatchMaker, Lines, fan, trails
 log = logging.getLogger(__name__)
 
 VIEWERS: Final = 32
-"""The most browsers that are let in at once."""
+"""The most browsers that are admitted at once."""
 _HAZE: Final[Rgb] = mix(palette.BACKGROUND, palette.CALM, 0.6)
 """The colour of the horizon."""
 _LINEAR: Final = np.round(255 * (np.arange(256) / 255) ** 2.2).astype(np.uint8)
@@ -45,7 +45,7 @@ class _Server(viser.ViserServer):
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuse it."""
-        log.warning("a viewer wanted the match to be shown on the internet, which is not done")
+        log.warning("a viewer asked to share the match on the internet: refused")
         return None
 
 
@@ -55,7 +55,7 @@ class Viewer:
 
     Args:
         robots: where its person chooses a robot. view, robot: how it looks, and at which robot.
-        shot: from where it looked last; None lets it be aimed anew. place: what it was aimed at.
+        shot: from where it looked last; None lets it be aimed again. place: what it was aimed at.
     """
 
     client: viser.ClientHandle
@@ -247,7 +247,7 @@ class Theatre:
         return robot_look(self._stage.model(body.name)).eye
 
     def _look(self, viewer: Viewer, seconds: float) -> None:
-        """Aim the camera of a viewer anew: always if it follows a robot, and else where the field has changed."""
+        """Aim the camera of a viewer again: always if it follows a robot, and else where the field has changed."""
         if viewer.view in (CameraMode.ORBIT, CameraMode.TOP):
             if viewer.place != self._place:
                 viewer.place = self._place
@@ -300,9 +300,9 @@ class Theatre:
         except ValueError as problem:
             why = f"expected an address in Host and Origin: {problem}"
         if len(live) > VIEWERS:
-            why = f"{VIEWERS} pages are open already, and no more are served: close one"
+            why = f"{VIEWERS} pages are open already, and this is the limit: close one"
         if why:
-            log.warning("a viewer is not let in: %s", why)
+            log.warning("refused a viewer: %s", why)
             await link.close(1008, why[:120])
 
     def _enter(self, client: viser.ClientHandle) -> None:

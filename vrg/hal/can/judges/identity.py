@@ -33,7 +33,7 @@ class DriveIdentity:
         return next((axis.node for axis in self._axes if axis.node in self._expected and not axis.serials), None)
 
     def judge(self) -> Reason | None:
-        """That a drive is not the one that it was, or shares its id; None where neither is known.
+        """Says that a drive is not the one that it was, or shares its id; None where neither is known.
 
         The first one that answers, however late, is the one that is expected from then on.
         """

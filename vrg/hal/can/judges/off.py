@@ -36,7 +36,7 @@ class Off:
         self._coasting: dict[int, tuple[float, float, float]] | None = {}
 
     def begin(self) -> None:
-        """Judge anew from here; motors that coast are not forgotten."""
+        """Judge again from here; motors that coast are not forgotten."""
         self.reason = None
         self._on_since.clear()
 

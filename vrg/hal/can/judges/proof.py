@@ -35,7 +35,7 @@ class WatchdogProof:
         self._tries, self._proved_before = 0, False
 
     def begin(self, axes: Iterable[AxisReport]) -> None:
-        """Judge anew from here."""
+        """Judge again from here."""
         self._tries, self._proved_before = 0, False
         self.doubt(axes)
 

@@ -15,17 +15,17 @@ class Cause(enum.Enum):
 
     REPORTED = "{}"
     NO_HEARTBEAT = "no heartbeat for {:g} s"
-    NO_REPORT = "it has not said for {:g} s whether its motor is on"
+    NO_REPORT = "it has not reported for {:g} s whether its motor is on"
     NO_ENCODER = "no encoder message for {:g} s, though it is alive: {}"
-    QUIET = "nothing was heard of it for {:g} s: check its wires and its plug."
+    QUIET = "nothing was heard from it for {:g} s: check its wires and its plug."
     DEAF = "it answers nothing: check its wires and its plug."
     WIRES = (
         "its frames or its setpoints were lost {} times within {:g} s, for long enough to stop its motor. Check the "
         "wires and the plug of this drive"
     )
     SWAPPED = (
-        "its drive has serial number {}, expected {}: were ids or plugs swapped? Swap them back. Where another drive "
-        "is meant, calibrate and connect the robot anew"
+        "its drive has serial number {}, expected {}: were ids or plugs swapped? Swap them back. If the drive was "
+        "replaced on purpose, calibrate the robot and connect it again"
     )
     LOW_SUPPLY = (
         "its supply has {:.3g} V, where an empty battery has {:g} V: is the emergency switch released? " + _BATTERY
@@ -36,14 +36,14 @@ class Cause(enum.Enum):
     IDLE = _NOT_ON + " and gives no reason: does it hear this computer, and can it start (see `vrg can scan`)?"
     EXPIRED = f"its watchdog has stopped its motor, as no setpoint came in time: {BUSY}"
     NEVER_STARTS = (
-        "it was ordered {} times to start, and goes on reporting that its watchdog has stopped it: it does not hear "
+        "it was ordered {} times to start, and still reports that its watchdog has stopped it: it does not hear "
         "this computer. Check the wires and the plug of this drive"
     )
     ON = f"it is on, {_CUT_POWER}"
     TURNS = f"it turns at {{:.3g}} turn/s, {_CUT_POWER}"
     UNPROVED = (
         "its own watchdog has not stopped it within {:g} s without setpoints, as far as it reports: set the watchdog "
-        "in the drive to 0.2 s. Where it has that, frames come late: try without gateways, or with another adapter. To "
+        "in the drive to 0.2 s. If it is, frames come late: try without gateways, or with another adapter. To "
         'do without, write watchdog = "unsafe" in the wiring of this robot (`vrg can jog`: --unsafe)'
     )
     UNPROVED_NOW = (

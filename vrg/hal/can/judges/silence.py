@@ -14,7 +14,7 @@ from vrg.hal.can.judges.reasons import Cause, Reason
 HEARTBEAT_TIMEOUT = 0.5
 """s without a heartbeat after which a drive is taken for dead. It sends one every 0.1 s."""
 DROPOUTS, DROPOUT_WINDOW = 3, 10.0
-"""Times within so many s that the wires to a drive may fail for a moment. Where a bus loses a tenth of its frames,
+"""Times within this many s that the wires to a drive may fail for a moment. Where a bus loses a tenth of its frames,
 four setpoints in a row get lost about once in a quarter of an hour."""
 DROPOUT = 0.2
 """s without an encoder message after which a robot stands, and the least s from one such moment to the next."""
@@ -35,7 +35,7 @@ class DriveSilence:
         self._dropouts: dict[int, deque[float]] = {}
 
     def begin(self, now: float) -> None:
-        """Judge anew from here."""
+        """Judge again from here."""
         self.since = now
         self._dropouts.clear()
 
@@ -75,7 +75,7 @@ class DriveSilence:
         return None
 
     def judge_moment(self, axis: AxisReport, heard_until: float) -> Reason | None:
-        """That nothing has been heard of a drive for a moment, or that it does not hear this computer."""
+        """Says that nothing has been heard from a drive for a moment, or that it does not hear this computer."""
         if axis.deaf:
             return Reason(axis.node, Cause.DEAF)
         if heard_until - max(axis.heard, self._measured(axis)) > DROPOUT:

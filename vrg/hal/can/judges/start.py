@@ -73,7 +73,7 @@ class DriveStart:
 
     def judge(self, axis: AxisReport, heard_until: float, excused: float) -> Reason | None:
         """The fault of a drive of an armed robot that is off; `excused`: until when it was not heard, s."""
-        # What a drive has reported before this process did not run shows nothing of how it has started since.
+        # A report from before this process stalled does not show how a drive has started since.
         due = axis.node in self.started or heard_until - max(self.armed_at, excused) > START_TIMEOUT
         if not due or axis.watchdog_expired or axis.state not in (MotorState.IDLE, MotorState.STARTING):
             return None
@@ -84,7 +84,7 @@ class DriveStart:
         return Reason(axis.node, Cause.IDLE)
 
     def judge_watchdogs(self, axes: Iterable[AxisReport], heard_until: float, proved: Collection[int]) -> Reason | None:
-        """That the watchdog of a drive has met a commander that was late; those in `proved` were to expire."""
+        """Says that a drive's watchdog has expired because setpoints were late; those in `proved` were to expire."""
         if heard_until - self.armed_at <= STATUS_GRACE:
             return None
         expired = (axis.node for axis in axes if axis.watchdog_expired and axis.node not in proved)

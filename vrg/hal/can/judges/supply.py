@@ -28,7 +28,7 @@ class Supply:
         self._odd: dict[int, tuple[float, float, bool]] = {}
 
     def begin(self) -> None:
-        """Judge anew from here."""
+        """Judge again from here."""
         self._odd.clear()
 
     def judge(self, axis: AxisReport, *, armed: bool) -> Reason | None:

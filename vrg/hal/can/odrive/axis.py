@@ -87,7 +87,7 @@ class OdriveAxis(Axis):
     def problem(self) -> str | None:
         """Firmware 0.5, which reports no version; a protocol that is not CANSimple 2; or two drives with this id."""
         if self._version is None and self._asked > _VERSION_REQUESTS and self.heard != NEVER:
-            return "it tells no version: expected firmware 0.6 or newer, as 0.5 and older speak another CANSimple"
+            return "it reports no version: expected firmware 0.6 or newer, as 0.5 and older speak another CANSimple"
         if self.shared:
             return self.shared
         version = self._version
@@ -96,7 +96,7 @@ class OdriveAxis(Axis):
         return None
 
     def forget(self) -> None:
-        """Let the drive say anew who and what it is."""
+        """Let the drive say again who and what it is."""
         super().forget()
         self._version, self._asked = None, 0
 

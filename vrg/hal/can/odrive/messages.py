@@ -99,7 +99,7 @@ class TxSdo(NamedTuple):
 
 
 class Address(NamedTuple):
-    """A drive reports its id and its serial number. To a drive it means: take this id if this is your serial number."""
+    """A drive reports its id and its serial number. A drive that gets it takes this id if the number is its own."""
 
     node: int
     serial: int

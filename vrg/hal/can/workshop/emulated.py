@@ -168,7 +168,7 @@ class EmulatedDrive(ABC):
         """An error has occurred: switch off until it is cleared. `bits`: the error in the protocol's code; 0 = any."""
 
     def _feed(self, now: float) -> None:
-        """A setpoint has arrived: the watchdog begins anew."""
+        """A setpoint has arrived: the watchdog starts again."""
         self._fed = now
 
     def _estimates(self) -> tuple[float, float]:

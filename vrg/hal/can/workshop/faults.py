@@ -23,20 +23,20 @@ FaultKind = enum.IntEnum("FaultKind", {
 """The faults. Those that last end by their duration, or by `END`."""
 
 WHAT = {
-    FaultKind.END: "everything that lasts is over",
-    FaultKind.SILENCE: "sends nothing, but goes on",
+    FaultKind.END: "ends all lasting faults",
+    FaultKind.SILENCE: "sends nothing, but keeps running",
     FaultKind.FREEZE: "hears nothing, sends nothing, does nothing; its motor is off",
     FaultKind.REBOOT: "starts again: a gap, idle, position zero",
     FaultKind.ESTOP: "its own emergency stop is pressed",
     FaultKind.ERROR: "latches an error: --value gives its bits (default: the driver chip's)",
-    FaultKind.NAN: "its encoder says NaN",
+    FaultKind.NAN: "its encoder reports NaN",
     FaultKind.JUMP: "its encoder jumps by --value turns (default 1000)",
     FaultKind.GARBAGE: "its frames carry random bytes",
     FaultKind.LENGTH: "its frames are too short",
     FaultKind.REVERSE: "its encoder counts backwards",
     FaultKind.BLOCK: "its wheel is blocked",
-    FaultKind.RUNAWAY: "it turns --value times as fast as it is asked (default 3)",
-    FaultKind.SCALE: "its encoder tells --value times its speed (default 60)",
+    FaultKind.RUNAWAY: "it turns --value times as fast as asked (default 3)",
+    FaultKind.SCALE: "its encoder reports --value times its speed (default 60)",
     FaultKind.STUCK: "its motor turns on when it is switched off, though it says that it is off",
 }
 

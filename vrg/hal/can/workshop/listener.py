@@ -111,7 +111,7 @@ class Listener(ABC, Generic[NodeT]):
         Raises:
             RobotError: it could not be sent, or this protocol cannot do it.
         """
-        raise RobotError(f"{self.title} drives get their id by their maker's own tool, not over the bus")
+        raise RobotError(f"{self.title} drives get their id from their maker's own tool, not over the bus")
 
     def read(self, node: NodeT, setting: str) -> str:
         """Return the value of one of a node's settings, in words. It may wait ANSWER_TIMEOUT s.
@@ -122,7 +122,7 @@ class Listener(ABC, Generic[NodeT]):
         Raises:
             RobotError: there is no answer, or this protocol cannot do it. ValueError: there is no such setting.
         """
-        raise RobotError(f"{self.title} drives are configured by their maker's own tool, not over the bus")
+        raise RobotError(f"{self.title} drives are configured with their maker's own tool, not over the bus")
 
     def write(self, node: NodeT, setting: str, value: str) -> None:
         """Change one of a node's settings, until it is switched off.
@@ -130,7 +130,7 @@ class Listener(ABC, Generic[NodeT]):
         Raises:
             RobotError, ValueError: as for `read`, or the value is none that it can have.
         """
-        raise RobotError(f"{self.title} drives are configured by their maker's own tool, not over the bus")
+        raise RobotError(f"{self.title} drives are configured with their maker's own tool, not over the bus")
 
     def save(self, node: NodeT) -> None:
         """Let a node keep all its settings for good.
@@ -138,7 +138,7 @@ class Listener(ABC, Generic[NodeT]):
         Raises:
             RobotError: it could not be sent, or this protocol cannot do it.
         """
-        raise RobotError(f"{self.title} drives save their settings by their maker's own tool, not over the bus")
+        raise RobotError(f"{self.title} drives save their settings with their maker's own tool, not over the bus")
 
     def forget(self, node: int) -> None:
         """This node was none: its frames turned out to belong to another protocol."""

@@ -75,7 +75,7 @@ class Survey:
     """Listens to a bus.
 
     Args:
-        listeners: one for each protocol. Of several that are equally sure of a frame the first has it.
+        listeners: one for each protocol. If several are equally sure of a frame, the first gets it.
     """
 
     def __init__(self, listeners: Sequence[Listener[Any]]) -> None:

@@ -29,7 +29,7 @@ PLANAR: Final = "planar"
 BULLET: Final = "pybullet"
 """The engine of a match that names none, where it can be had."""
 MUJOCO: Final = "mujoco"
-"""That of such a match elsewhere."""
+"""The same for a match elsewhere."""
 _PACKAGES: Final = (BULLET, MUJOCO)
 """The engines that need the package of their name, in the order in which they are preferred."""
 
@@ -46,7 +46,7 @@ def default_engine() -> str:
 
 def check_installed(engine: str) -> None:
     """Check that the package of an engine is installed, and that its module is found in place of any other of its name.
-    Of another package's engine check that it can be imported.
+    For another package's engine, check that it can be imported.
 
     Raises:
         ConfigError: it is not, or cannot.
@@ -54,7 +54,7 @@ def check_installed(engine: str) -> None:
     if engine not in (PLANAR, *_PACKAGES):
         ENGINES.get(engine)
     if not installed(engine):
-        why, how = "", "install VRG anew"
+        why, how = "", "reinstall VRG"
         if engine == BULLET:
             why = f" (it has wheels for Python 3.11 and none for later ones, and this is {platform.python_version()})"
             how = "make the environment with Python 3.11"

@@ -11,7 +11,7 @@ physics step as they are apart, so that nothing is tunnelled, and part at EASE i
 A kinematic body is set to its place, with its speed, before each physics step. During the step it has its mass, so that
 what it presses with is bounded: a body that is caught between it and a wall overlaps with it rather than with the wall.
 
-The state is in the arrays of `Engine`, and in the stretch of the tyres. The solver starts anew in each step.
+The state is in the arrays of `Engine`, and in the stretch of the tyres. The solver starts again in each step.
 """
 
 import math
@@ -113,7 +113,7 @@ class MujocoEngine(Engine):
                 wanted = np.minimum(np.where(gaps > 0.0, -1.0, -_PARTING) * gaps / dt, EASE)
                 data.efc_aref[:] = (wanted - data.efc_vel) / dt
             mujoco.mj_step2(model, data)
-            # What is pressed from several sides at once must not be thrown out of there.
+            # A body that is pressed from several sides at once must not be thrown out.
             np.clip(speeds, -self._bound, self._bound, out=speeds)
 
     def _feel(self) -> None:

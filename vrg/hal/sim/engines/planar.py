@@ -1,7 +1,7 @@
 """The planar engine: bodies with acceleration limits that slip nowhere, whose footprints never overlap.
 
 It is fast enough for thousands of matches. Wheels do not slip on open ground; the skid of a real body is in the model's
-drivetrain. Bodies that run into something slide along it. Of two bodies the one with less force gives way: a body
+drivetrain. Bodies that run into something slide along it. The body with less force gives way: a body
 holds with the full friction of its wheels, and drives at the other with DRIVE of it. So a body that stands or brakes
 holds against an equal one. Bodies of the same force share the push. A kinematic body never gives way: the other body
 takes the whole push, as far as walls and its neighbours leave room.
@@ -47,7 +47,7 @@ class PlanarEngine(Engine):
         super().__init__(map_, robots)
         self._statics: list[Box | Circle] = [*map_.boxes, *map_.circles]
         self._outlines = [outline(box) for box in map_.boxes]
-        """Of the walls and obstacles that are boxes, which come first in `_statics`."""
+        """The data of the walls and obstacles that are boxes, which come first in `_statics`."""
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
         self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
         self._box_cos, self._box_sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])

@@ -136,7 +136,7 @@ class SensorSimulation(Generic[P]):
         self.mounted = list(mounted)
         self._schedule = [(m.spec.due_every(now.dt), m) for m in mounted]
         self._beat = math.gcd(*(every for every, _ in self._schedule)) or 1
-        """Every reading is due at a multiple of so many ticks."""
+        """Every reading is due at a multiple of this many ticks."""
 
     def sense(self, now: Instant) -> list[Measured]:
         """The readings of the sensors that are due at this tick, one after the other. It is called once per tick."""

@@ -123,7 +123,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             self._integrate()
 
     def placed(self, robot: str) -> None:
-        """Begin a robot's odometry anew, because it was put somewhere else."""
+        """Begin a robot's odometry again, because it was put somewhere else."""
         self._catch_up()
         for index in self._of(robot).values():
             self.poses[index] = 0.0

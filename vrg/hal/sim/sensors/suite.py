@@ -14,7 +14,7 @@ class SensorSuite:
     Args:
         surroundings: the map, the seed and whether there is noise.
         names: the names of the robots.
-        ghosts: for each, whether it is a physical robot. Of its sensors only the synthesised are simulated.
+        ghosts: for each, whether it is a physical robot. Only those of its sensors that are synthesised are simulated.
         now: the state of the robots before the first tick.
 
     Raises:

@@ -25,7 +25,7 @@ export const WORDS = {
   lost: (seconds) => `The connection is lost. What you see is old. Trying again in ${seconds} s`,
   trying: "The connection is lost. What you see is old. Trying again …",
   over: "The match has ended. This is its last picture.",
-  silent: "The connection is open, but nothing comes. What you see is old.",
+  silent: "The connection is open, but nothing arrives. What you see is old.",
   seat: (player) => `You have the seat of ${player}`,
   atRest: (player) => `${player} plays by itself. Touch the stick, press an arrow key, or hold RB of the gamepad to drive it.`,
   driving: (player) => `You drive ${player}. It stands while you hold nothing.`,
@@ -38,7 +38,7 @@ export const WORDS = {
   stopped: (player) => `Because of the emergency stop, ${player} is given back.`,
   padLost: "The gamepad is lost, so the robot is given back.",
   plans: "Plans",
-  noPlans: "Nobody shows a plan now: one is drawn once somebody does.",
+  noPlans: "No player shows a plan now: plans are drawn when one does.",
   plansHidden: "Plans are hidden.",
   fast: "Full speed",
   giveBack: "Give it back",
@@ -51,9 +51,9 @@ export const WORDS = {
 
 /** The words of a recorded match. */
 export const REPLAY = {
-  play: "Play (K)", pause: "Pause (K)", before: "The call before (PAGE UP)", next: "The next call (PAGE DOWN)", time: "Match time", speed: "Speed",
+  play: "Play (K)", pause: "Pause (K)", before: "Previous call (PAGE UP)", next: "Next call (PAGE DOWN)", time: "Match time", speed: "Speed",
   recorded: (match) => `${match} · recorded`,
-  lost: "The page is served no more, or not reached. Trying again …",
+  lost: "The page is no longer served, or cannot be reached. Trying again …",
 };
 
 /** The keys of the official and their buttons, as in the spectator's window: the referee's words name the keys. */

@@ -5,13 +5,13 @@ const WORDS = {
   asking: "Asking for the details …",
   disqualify: "Disqualify",
   reinstate: "Reinstate",
-  filter: "Type what rows must have",
+  filter: "Type what the rows must contain",
   /** What the headings of tables mean where that is not plain. Rates and ages are in real time. */
   columns: {
     age: "s since the newest message", Hz: "messages a second", lost: "messages that were lost since this was opened",
-    "ticks/s": "ticks a second of its own loop", missed: "ticks that were left out, as one before took too long",
-    refused: "messages refused because they came under a wrong key", ms: "how late it hears the match clock",
-    ppm: "how much faster its own clock runs", "driven by": "who drives it: its program, a person, the referee, or no one as it may not move",
+    "ticks/s": "ticks a second of its own loop", missed: "ticks that were skipped because an earlier one took too long",
+    refused: "messages refused because they had a wrong key", ms: "how late it hears the match clock",
+    ppm: "how much faster its own clock runs", "driven by": "who drives it: its program, a person, the referee, or nobody because it may not move",
   },
   tabs: { players: "Players", player: "Player", referee: "Referee", streams: "Streams", processes: "Processes" },
   layers: { scans: "Scan", sensors: "Other sensors", sightings: "Sightings", measured: "Measured" },

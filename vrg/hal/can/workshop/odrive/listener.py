@@ -83,7 +83,7 @@ def read_endpoints(path: Path) -> Endpoints:
     """Read a file flat_endpoints.json.
 
     Raises:
-        ConfigError: it cannot be read, or it is none.
+        ConfigError: it cannot be read, or it is not one.
     """
     try:
         data = read_json(path)
