@@ -266,7 +266,7 @@ ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros
 def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     vrg: Vrg, monkeypatch: pytest.MonkeyPatch, typed: str, package: str
 ) -> None:
-    monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    monkeypatch.setattr("vrg.registry.added", dict)
     monkeypatch.setattr("vrg.ui.web.drawers.DRAWERS._found", {})
     for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES), ("hud", HUD_GAME), ("vesc", VESC_MATCH)):
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
@@ -281,7 +281,7 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
 def test_alone_it_prints_its_help_where_no_package_adds_what_a_person_starts_with(
     vrg: Vrg, monkeypatch: pytest.MonkeyPatch, terminal: bool
 ) -> None:
-    monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    monkeypatch.setattr("vrg.registry.added", dict)
     for stream in (sys.stdin, sys.stdout):
         monkeypatch.setattr(stream, "isatty", lambda: terminal)
     done = vrg()
@@ -294,7 +294,7 @@ def entry_of(tmp_path: Path, text: str) -> Any:
     """A look-up of entry points that finds one command, `chorus`, in a module of this text."""
     (tmp_path / f"{tmp_path.name}_chorus.py").write_text(text, encoding="utf-8")
     entry = EntryPoint("chorus", f"{tmp_path.name}_chorus:CHORUS", "vrg.commands")
-    return lambda group: {"chorus": entry} if group == "vrg.commands" else {}
+    return lambda: {"vrg.commands": {"chorus": entry}}
 
 
 @pytest.mark.parametrize(
@@ -316,8 +316,7 @@ def test_a_command_of_another_package_that_cannot_be_used_is_refused_and_takes_n
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     for module in ("vrg.registry", "vrg.plugins"):
-        monkeypatch.setattr(f"{module}.plugins", entry_of(tmp_path, text))
-    monkeypatch.setattr("vrg.plugins.groups", lambda: ("vrg.commands",))
+        monkeypatch.setattr(f"{module}.added", entry_of(tmp_path, text))
     monkeypatch.setattr(COMMANDS, "_found", {})
     monkeypatch.setattr(COMMANDS, "_unusable", set())
     broken, help_page, other = vrg("chorus"), vrg("--help"), vrg("check", "sharks-and-minnows")

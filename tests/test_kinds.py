@@ -78,7 +78,7 @@ def test_a_game_names_the_window_that_is_opened(
 )
 def test_what_is_no_window_is_refused(monkeypatch: pytest.MonkeyPatch, window: str, said: str) -> None:
     game, setup = GAMES.get("roboflag"), load_match(match_path("roboflag"))
-    monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    monkeypatch.setattr("vrg.registry.added", dict)
     monkeypatch.setattr(KINDS, "_found", {})
     monkeypatch.setattr("vrg.launch.plan.game_of", lambda _: replace(game, window=window))
     with pytest.raises(ConfigError, match=re.escape(said)):

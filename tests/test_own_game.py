@@ -164,7 +164,7 @@ class TestTheRuleBookOfTheExample(RuleBookContract):
     @pytest.fixture(autouse=True)
     def _importable(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.syspath_prepend(LION)
-        registry.plugins.cache_clear()
+        registry.added.cache_clear()
 
     @pytest.fixture
     def book(self) -> RuleBook:

@@ -22,7 +22,7 @@ def numbers() -> Registry[float]:
 
 def plug(monkeypatch: pytest.MonkeyPatch, **entries: str) -> None:
     made = {name: EntryPoint(name, value, GROUP) for name, value in entries.items()}
-    monkeypatch.setattr(registry, "plugins", lambda group: made if group == GROUP else {})
+    monkeypatch.setattr(registry, "added", lambda: {GROUP: made})
 
 
 def test_what_comes_with_vrg_is_imported_when_it_is_asked_for() -> None:

@@ -8,7 +8,7 @@ from typing import Final
 from msgspec import Struct
 
 from vrg.errors import ConfigError
-from vrg.registry import Registry, groups, imported, installed_by, plugins
+from vrg.registry import Registry, added, imported, installed_by
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def command_at(path: Sequence[str]) -> Command | None:
 
 def broken() -> Iterator[tuple[str, str]]:
     """The entry points of other packages that cannot be used: the package with the name, and why, in words."""
-    for group, entry in ((name, entry) for name in groups() for entry in plugins(name).values()):
+    for group, entry in ((name, entry) for name, entries in added().items() for entry in entries.values()):
         try:
             imported(entry.load, f"cannot import {entry.value} of the entry point group {group}")
             if group == COMMANDS.group:

@@ -110,7 +110,7 @@ class Registry(Generic[T]):
             raise ConfigError(f"{self.what} {name}: {why}, got {found!r}")
         return found  # type: ignore[no-any-return]
 
-    def _plugins(self) -> "dict[str, EntryPoint]":
+    def _plugins(self) -> "Mapping[str, EntryPoint]":
         return plugins(self.group)
 
 
@@ -137,7 +137,7 @@ def installed_by(group: str, name: str) -> str | None:
     package = offered(group).get(name)
     if package is None:
         return None
-    entries = (entry for added in groups() for entry in plugins(added).values())
+    entries = (entry for group in added().values() for entry in group.values())
     if any(entry.dist is not None and entry.dist.name == package for entry in entries):
         return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may say why"
     return f"the package {package} adds: run `make setup` in a clone, or see docs/install.md"
@@ -170,25 +170,23 @@ def close_to(name: str, names: Iterable[str]) -> str | None:
 
 
 @cache
-def plugins(group: str) -> "dict[str, EntryPoint]":
-    """The entry points of a group by name. They are looked up once, because that reads every package's metadata."""
+def added() -> "Mapping[str, Mapping[str, EntryPoint]]":
+    """What other packages add to VRG, by group and name. Looked up once, as that reads every package's metadata."""
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow to load
 
-    return {entry.name: entry for entry in entry_points(group=group)}
+    found = entry_points()
+    of_vrg = [group for group in sorted(found.groups) if group.startswith("vrg.")]
+    return {group: {entry.name: entry for entry in found.select(group=group)} for group in of_vrg}
 
 
-@cache
-def groups() -> tuple[str, ...]:
-    """The groups in which other packages add something to VRG."""
-    from importlib.metadata import entry_points  # noqa: PLC0415 - as above
-
-    return tuple(group for group in sorted(entry_points().groups) if group.startswith("vrg."))
+def plugins(group: str) -> "Mapping[str, EntryPoint]":
+    """The entry points of a group by name."""
+    return added().get(group, {})
 
 
-@cache
 def plugin_packages() -> frozenset[str]:
     """The names of the packages that add something to VRG, whether or not they are imported."""
-    entries = [entry for group in groups() for entry in plugins(group).values()]
+    entries = [entry for group in added().values() for entry in group.values()]
     return frozenset(entry.value.partition(":")[0].partition(".")[0].strip() for entry in entries)
 
 

@@ -19,7 +19,7 @@ WHY += r"run `make setup` in a clone, or see docs/install\.md"
 
 def plug(monkeypatch: pytest.MonkeyPatch, **entries: str) -> None:
     made = {name: EntryPoint(name, value, STRATEGY_FILES.group) for name, value in entries.items()}
-    monkeypatch.setattr(registry, "plugins", lambda group: made if group == STRATEGY_FILES.group else {})
+    monkeypatch.setattr(registry, "added", lambda: {STRATEGY_FILES.group: made})
 
 
 def reader(file: Path) -> type[Strategy]:

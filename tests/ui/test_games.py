@@ -54,7 +54,7 @@ CHANGES = {"game": "capture", "players": PLAYERS, "score": {"reds": 3, "blues": 
 def installed(monkeypatch):
     """The game is an entry point of a package outside VRG."""
     entry = EntryPoint("capture", "tests.ui.test_games:CAPTURE", "vrg.games")
-    monkeypatch.setattr("vrg.registry.plugins", lambda group: {"capture": entry} if group == "vrg.games" else {})
+    monkeypatch.setattr("vrg.registry.added", lambda: {"vrg.games": {"capture": entry}})
     monkeypatch.setattr(GAMES, "_found", {})
     assert game_of("capture") == CAPTURE
 

@@ -29,9 +29,8 @@ def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:
     text = _last_lines(said.stdout if good else said.stderr).replace(f"{match_file}", match_file.name)
     found.append(Finding("match", good, text))
     here = [player.name for player in setup.players if setup.place.get(player.name, HERE) == machine]
-    sealed = [
-        name for name in here if setup.sandboxed(name, seats=setup.has_seats) and (setup.has_seats or setup.sandbox)
-    ]
+    seats = setup.has_seats
+    sealed = [name for name in here if setup.sandboxed(name, seats=seats) and (seats or setup.sandbox)]
     if sealed:
         lacking = missing()
         found.append(Finding("sandbox", lacking is None, lacking or f"can be sandboxed: {', '.join(sealed)}"))

@@ -193,8 +193,7 @@ def is_sealed(setup: MatchSetup, name: str, *, seats: bool) -> bool:
     """
     from vrg.launch.sandbox.seal import missing  # noqa: PLC0415 - most matches have no sandboxes
 
-    wanted = setup.sandboxed(name, seats=seats)
-    return wanted and (seats or bool(setup.sandbox) or missing() is None)
+    return setup.sandboxed(name, seats=seats) and (seats or bool(setup.sandbox) or missing() is None)
 
 
 def serve_router(

@@ -11,7 +11,7 @@ from vrg_league.contenders import entered
 
 
 def test_a_policy_in_a_folder_is_not_left_out_in_silence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(registry, "plugins", lambda _group: {})
+    monkeypatch.setattr(registry, "added", dict)
     (tmp_path / "x.npz").touch()
     found, _ = entered([str(tmp_path)], folders=True)
     assert [one.target for one in found] == [str(tmp_path / "x.npz")]

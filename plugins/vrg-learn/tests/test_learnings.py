@@ -24,7 +24,7 @@ def test_a_package_outside_adds_a_game_that_can_be_learned(monkeypatch: pytest.M
         "race": EntryPoint("race", "vrg_learn.games.roboflag:LEARNING", group),
         "walk": EntryPoint("walk", "math:pi", group),
     }
-    monkeypatch.setattr(registry, "plugins", lambda asked: made if asked == group else {})
+    monkeypatch.setattr(registry, "added", lambda: {group: made})
     assert learning_of("race") is LEARNING
     with pytest.raises(ConfigError, match=r"walk: expected a vrg_learn\.learning\.Learning, got 3\.14"):
         learning_of("walk")

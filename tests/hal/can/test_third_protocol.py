@@ -33,9 +33,9 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: toy\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(f"[{PROTOCOLS.group}]\ntoy = {toy.__name__}:PROTOCOL\n")
     monkeypatch.syspath_prepend(tmp_path)
-    registry.plugins.cache_clear()
+    registry.added.cache_clear()
     yield tmp_path
-    registry.plugins.cache_clear()
+    registry.added.cache_clear()
 
 
 class TestItself(ProtocolContract):
@@ -87,7 +87,7 @@ def test_the_survey_of_a_bus_knows_it(lab: Simulation) -> None:
 
 def test_one_that_cannot_be_imported_leaves_the_others_alone(installed: Path, caplog: pytest.LogCaptureFixture) -> None:
     (installed / "toy-1.0.dist-info" / "entry_points.txt").write_text(f"[{PROTOCOLS.group}]\nbroken = nowhere:P\n")
-    registry.plugins.cache_clear()
+    registry.added.cache_clear()
     words = [listener.word for listener in all_listeners(lambda _: None, SimulatedClock())]
     assert "odrive" in words
     assert "protocol broken: cannot import" in caplog.text
