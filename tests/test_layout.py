@@ -321,7 +321,8 @@ def test_no_module_and_no_folder_is_too_large() -> None:
     of = runpy.run_path(str(ROOT.parent / "scripts" / "size"))
     for top in (ROOT, *(ROOT.parent / "plugins").glob("vrg-*")):
         for module in top.rglob("*.py"):
-            lines = of["lines_of"](module.read_text(encoding="utf-8"))
+            text = module.read_text(encoding="utf-8")
+            lines = of["lines_of"](text) if text.count("\n") > 350 else 0  # to count takes a while
             assert lines <= 350, f"{module.relative_to(ROOT.parent)}: {lines} lines of code"
         for folder in (top, *(path for path in top.rglob("*") if path.is_dir())):
             assert len([*folder.glob("*.py")]) <= 25, f"{folder.relative_to(ROOT.parent)}: more than 25 modules"

@@ -316,9 +316,8 @@ def test_a_match_that_is_to_halt_ends_and_says_why(server: ForkServer, tmp_path:
         played(server, tmp_path, "Raises", more='on_fault = "halt"')
 
 
-@pytest.mark.parametrize(
-    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)], ids=["Ctrl-C", "SIGTERM"]
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
 def test_an_endless_loop_ends_at_the_first_signal(server: ForkServer, tmp_path: Path, number: signal.Signals) -> None:
     loop = "while True:\n            pass"
     marked = BROKEN.replace(loop, f'open("looping", "w").close()\n        {loop}')

@@ -51,7 +51,9 @@ def begun(*arguments: Any, **options: Any) -> MatchEnvironment:
     return found
 
 
-@pytest.mark.parametrize("game", GAMES_LEARNED)
+@pytest.mark.parametrize(
+    "game", ["sharks-and-minnows", "roboflag", pytest.param("pursuit-evasion", marks=pytest.mark.thorough)]
+)
 def test_it_keeps_the_contract_of_pettingzoo(game: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -45,6 +45,7 @@ class Mine(SharksAndMinnowsPlayer):
 '''
 
 
+@pytest.mark.thorough
 def test_an_agent_beats_the_built_in_player_within_ten_calls(tmp_path: Path) -> None:
     async def session() -> dict[str, Any]:
         async with agent(tmp_path) as me:
