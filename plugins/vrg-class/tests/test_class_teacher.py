@@ -147,9 +147,13 @@ def test_the_teacher_adds_renames_removes_and_resets_students_and_revokes_links(
 def test_the_teacher_halts_and_speaks_and_sees_who_is_stuck(of_class: Class) -> None:
     token, teacher = of_class.join("Ada"), of_class.folder.about.teacher
     of_class.tried(token, GOOD.replace("0.7, 0.0", "fast, 0.0"))
-    _, console = of_class.ask("/teacher", teacher)
-    (ada,) = console["students"]
-    assert (ada["name"], ada["tries"], ada["line"], "fast" in ada["error"]) == ("Ada", 1, 6, True)
+
+    def shown() -> tuple[str, int, int | None, bool]:
+        (ada,) = of_class.ask("/teacher", teacher)[1]["students"]
+        return ada["name"], ada["tries"], ada["line"], "fast" in ada["error"]
+
+    # What went wrong is written to the disk after the student's page has it.
+    wait_until(lambda: shown() == ("Ada", 1, 6, True), "the console to show the error")
     wait_until(lambda: of_class.ask("/teacher", teacher)[1]["busy"] == 0, "its process to end")
     assert of_class.ask("/teacher/decide", teacher, halted=True, message="Look up, please")[0] == 200
     wait_until(lambda: of_class.send("/try", token, code=GOOD, step="", against=0)[0] == 200, "room for a try")
