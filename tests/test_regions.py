@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vrg.regions import Circle, Polygon, Rectangle, Region, Sector, touch
+from vrg.regions import Circle, Polygon, Rectangle, Region, Sector, surrounding, touch
 from vrg.segments import CHORD
 
 FIELD = Rectangle(0.0, 0.0, 10.0, 6.0)
@@ -216,3 +216,7 @@ def test_the_signed_distance_tells_the_side_and_how_far_the_border_is(
     if math.dist(point, other) < abs(away) - CHORD:
         assert region.contains(*other) == region.contains(*point), "nothing nearer is on the other side"
     assert abs(region.signed_distance(*other) - away) <= math.dist(point, other) + CHORD
+
+
+def test_what_surrounds_boxes_reaches_to_the_outermost_sides() -> None:
+    assert surrounding([(0.0, -2.0, 1.0, 3.0), (-4.0, 0.0, 0.5, 5.0)]) == (-4.0, -2.0, 1.0, 5.0)
