@@ -68,10 +68,10 @@ def lacking(module: str, package: Package | None = None) -> str | None:
     if not others:
         return f"expected the module {module} of {expected}, found {place}: rename that, and `pip install '{install}'`"
     found = " and ".join(dict.fromkeys(f"{one.name} {one.version}" for one in others))
-    version = f"=={able[0].version}" if install in own else ""
+    again = f"{able[0].name}=={able[0].version}" if able else install
     return (
         f"expected the module {module} of {expected}, found that of {found}, {place}: uninstall that, and run "
-        f"`pip install --force-reinstall '{install}{version}'`"
+        f"`pip install --force-reinstall '{again}'`"
     )
 
 

@@ -140,7 +140,7 @@ def installed_by(group: str, name: str) -> str | None:
     entries = (entry for group in added().values() for entry in group.values())
     if any(entry.dist is not None and entry.dist.name == package for entry in entries):
         return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may say why"
-    return f"the package {package} adds: run `make setup` in a clone, or see docs/install.md"
+    return f"the package {package} adds: run `make setup` in a clone, or `pip install {package}`"
 
 
 def subclass_of(base: type) -> Callable[[object], str | None]:
@@ -184,6 +184,7 @@ def plugins(group: str) -> "Mapping[str, EntryPoint]":
     return added().get(group, {})
 
 
+@cache
 def plugin_packages() -> frozenset[str]:
     """The names of the packages that add something to VRG, whether or not they are imported."""
     entries = [entry for group in added().values() for entry in group.values()]

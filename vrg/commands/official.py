@@ -194,7 +194,7 @@ def place(player: PlayerArgument, on: DecisionOptions, pose: PoseOption = None) 
 
 @app.command()
 def recover(
-    player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="The player whose robot recovers.")] = "all",
+    player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="Whose robot; by default, all.")] = "all",
     on: DecisionOptions = _ANY,
 ) -> None:
     """Let robots clear the faults that they have latched. Then continue with `resume`."""

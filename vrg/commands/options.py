@@ -132,7 +132,7 @@ SealedOption = Annotated[
 AtOption = Annotated[float | None, typer.Option("--at", metavar=TIME, parser=duration(), help="The match time.")]
 PoseOption = Annotated[
     tuple[float, float, float] | None,
-    typer.Option("--pose", metavar="X Y HEADING", help="Where the robot stands, in m and degrees."),
+    typer.Option("--pose", metavar="X Y HEADING", help="Where it is, in m and degrees; by default, its own place."),
 ]
 ListenOption = Annotated[
     str | None,

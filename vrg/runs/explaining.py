@@ -49,7 +49,7 @@ def explain(run: Path, number: int) -> Proof:
     text = game.rule_text(call.rule)
     lines = [] if text is None else [f"Rule{f' ({text.source})' if text.source else ''}: {text.words}"]
     places = [f"{name} at ({pose.x:.2f}, {pose.y:.2f})" for name, pose in zip(call.players, call.poses, strict=False)]
-    lines += [f"Where it was: {', '.join(places)}."] if places else []
+    lines += [f"Where {'they were' if places[1:] else 'it was'}: {', '.join(places)}."] if places else []
     try:
         return _proof(setup, folder, records, call, heading, lines)
     except Exception as error:  # the rules of any game, on numbers and names that anybody may have changed

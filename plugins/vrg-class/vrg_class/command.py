@@ -42,7 +42,7 @@ def start(
     lesson: Annotated[Path | None, typer.Option(help="A folder with steps of your own, such as 01-drive.md.")] = None,
     roster: Annotated[
         Path | None,
-        typer.Option(help="names.csv: a name and a password in each line; others cannot join. It may change later."),
+        typer.Option(help="names.csv: a name and a word in each line; others cannot join. It may change at any time."),
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Tries at a time; by default, one per processor.")] = None,
     listen: ListenOption = None,

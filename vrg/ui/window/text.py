@@ -132,5 +132,5 @@ def _file(face: Face) -> str | None:
         path = Path(spec.submodule_search_locations[0], "mpl-data", "fonts", "ttf", face.value)
         if path.is_file():
             return str(path)
-    family, _, bold = Path(face.value).stem.partition("-")
-    return pygame.font.match_font(family.lower(), bold=bool(bold))
+    found = pygame.font.match_font(face.value.partition("-")[0].removesuffix(".ttf"), bold="Bold" in face.value)
+    return found if found and Path(found).name == face.value else None  # not a condensed face, which it may take for it

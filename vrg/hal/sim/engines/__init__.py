@@ -54,7 +54,7 @@ def check_installed(engine: str) -> None:
     if engine not in (PLANAR, *_PACKAGES):
         ENGINES.get(engine)
     if not installed(engine):
-        why, how = "", "reinstall VRG"
+        why, how = "", "`pip install virtual-robotic-games`"
         if engine == BULLET:
             why = f" (it has wheels for Python 3.11 and none for later ones, and this is {platform.python_version()})"
             how = "make the environment with Python 3.11"
