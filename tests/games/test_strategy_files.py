@@ -14,7 +14,7 @@ from vrg.launch.strategy_class import strategy_class
 
 WHY = r"x\.npz: expected a file that an installed package reads, got one of a kind that the package "
 WHY += "virtual-robotic-games-learn adds: "
-WHY += r"run `make setup` in a clone, or see docs/install\.md"
+WHY += r"run `make setup` in a clone, or `pip install virtual-robotic-games-learn`"
 
 
 def plug(monkeypatch: pytest.MonkeyPatch, **entries: str) -> None:
