@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vrg.playing.run import Run
 
 __all__ = ["Run", "__version__", "judge", "play"]
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 def __getattr__(name: str) -> Any:
