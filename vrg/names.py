@@ -52,6 +52,6 @@ def name_of(chunk: str) -> str:
     try:
         name = chunk.removeprefix(_CODED).encode("ascii").decode("punycode")
         name.encode()  # half a pair of surrogates is no text
-        return name
+        return name or chunk  # the mark alone stands for no name
     except UnicodeError:
         return chunk

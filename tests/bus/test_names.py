@@ -40,6 +40,7 @@ def test_a_key_is_ascii_and_tells_the_name_again(name: str) -> None:
 
 @given(st.text(alphabet="abcxyz019-_", min_size=1, max_size=20))
 @example("x--ib9b")
+@example("x--")
 def test_whatever_comes_on_the_bus_is_read(chunk: str) -> None:
     assert name_of(chunk).encode(), "a text, whatever it stands for"
 
