@@ -268,3 +268,13 @@ def test_a_fork_of_a_process_ends_by_itself_by_whoever_kills_it_and_with_that_pr
     ended, killed, left = map(int, done.stdout.split())
     assert (ended, killed) == (0, -signal.SIGKILL), done.stderr
     wait_until(lambda: not psutil.pid_exists(left), "the last fork to end")
+
+
+def test_an_answer_that_another_thread_has_taken_in_holds_nobody_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    with fork_server(preload=[]) as server:
+        monkeypatch.setattr("vrg.launch.fork_server._readable", lambda *_: True)
+        asking = threading.Thread(target=server.receive, daemon=True)
+        asking.start()
+        asking.join(60.0)
+        assert not asking.is_alive()
+        assert server.alive

@@ -203,7 +203,7 @@ class ForkServer:
         """Let the server fork; None if it is gone, or frozen, or still loads when `stop` is set."""
         if self._channel is None:
             return None
-        try:
+        with contextlib.suppress(OSError):
             with os.fdopen(os.memfd_create("variables"), "wb", buffering=0) as variables:
                 # The server must not read them: what it has read is in the memory of all that it forks.
                 variables.write(json.dumps(dict(os.environ) if trusted else {}).encode())
@@ -215,8 +215,6 @@ class ForkServer:
                     break
                 _readable(self._channel, 0.05)
                 self.receive()
-        except OSError:
-            self.close(0.0)
         if not self._pids:
             self.close(0.0)
             return None
@@ -227,7 +225,9 @@ class ForkServer:
         """Take in the server's answers."""
         while self._channel is not None and _readable(self._channel, 0.0):
             try:
-                data = self._channel.recv(forking.MAX_REQUEST_SIZE)
+                data = self._channel.recv(forking.MAX_REQUEST_SIZE, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return  # another thread has taken the answer in
             except OSError:
                 data = b""
             if not data:
