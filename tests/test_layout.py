@@ -304,6 +304,7 @@ BUDGETS = {
     "navigation": 445,
     "seats": 500,
     "templates": 10,
+    "portable": 180,
 }
 """The most lines of code of each room, by scripts/size. A change that needs more raises a number, and says why."""
 

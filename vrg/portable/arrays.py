@@ -1,0 +1,89 @@
+"""The arithmetic of `vrg.portable.scalars` for arrays: cosines and sines, lengths, and small matrices."""
+
+import math
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.portable.scalars import FAR, cos_sin, within_a_quarter
+
+Floats = npt.NDArray[np.float64]
+
+_FEW: Final = 48
+"""The number of angles up to which one by one is faster than all together."""
+
+
+def cos_sin_array(angles: Floats) -> tuple[Floats, Floats]:
+    """The cosines and the sines of angles, rad: of each what `cos_sin` gives, but NaN of one that is infinite."""
+    if angles.size <= _FEW and np.isfinite(angles).all():
+        pairs = np.array([cos_sin(angle) for angle in angles.ravel().tolist()]).reshape(*angles.shape, 2)
+        return pairs[..., 0], pairs[..., 1]
+    with np.errstate(invalid="ignore"):
+        angles = np.where(np.abs(angles) > FAR, np.fmod(angles, math.tau), angles)
+        quarters, cos, sin = within_a_quarter(angles)
+        quarter = np.nan_to_num(quarters).astype(np.int64) & 3
+    turned = (quarter & 1).astype(np.bool_)
+    cosines, sines = np.where(turned, sin, cos), np.where(turned, cos, sin)
+    return np.where((quarter + 1) & 2, -cosines, cosines), np.where(quarter & 2, -sines, sines)
+
+
+def hypot(x: Floats, y: Floats) -> Floats:
+    """The lengths of vectors, which are not so long that their squares are no numbers."""
+    length: Floats = np.sqrt(x * x + y * y)
+    return length
+
+
+def product(first: Floats, second: Floats) -> Floats:
+    """The product of two small matrices, or of a matrix and a vector, whose sums are taken in the order of the rows.
+
+    Args:
+        first: shape (rows, inner). second: shape (inner, columns) or (inner,).
+
+    Returns:
+        shape (rows, columns) or (rows,).
+    """
+    if second.ndim == 1:
+        return product(first, second[:, None])[:, 0]
+    total: Floats = first[:, :1] * second[:1]
+    for k in range(1, first.shape[1]):
+        total += first[:, k : k + 1] * second[k : k + 1]
+    return total
+
+
+def inverse(matrix: Floats) -> Floats:
+    """The inverse of a small symmetric positive definite matrix, shape (n, n), by its square root (Cholesky).
+
+    Raises:
+        ValueError: the matrix is not positive definite.
+    """
+    rows = matrix.tolist()
+    n = len(rows)
+    # The inverse of the lower triangle L of matrix = L L', row by row.
+    lower = [[0.0] * n for _ in rows]
+    inverted = [[0.0] * n for _ in rows]
+    for i, row in enumerate(rows):
+        for j in range(i + 1):
+            left = row[j]
+            for k in range(j):
+                left -= lower[i][k] * lower[j][k]
+            if i > j:
+                lower[i][j] = left / lower[j][j]
+            elif left > 0.0:
+                lower[i][i] = math.sqrt(left)
+            else:
+                raise ValueError("expected a positive definite matrix; make its diagonal larger")
+        for j in range(i):
+            left = 0.0
+            for k in range(j, i):
+                left -= lower[i][k] * inverted[k][j]
+            inverted[i][j] = left / lower[i][i]
+        inverted[i][i] = 1.0 / lower[i][i]
+    result = np.empty((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(i, n):
+                total += inverted[k][i] * inverted[k][j]
+            result[i, j] = result[j, i] = total
+    return result
