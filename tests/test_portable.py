@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.portable.arrays import cos_sin_array, hypot, inverse, product
-from vrg.portable.scalars import FAR, acos, asin, atan2, cos, cos_sin, exp, sin, tan
+from vrg.portable.arrays import cos_sin_array, hypot, inverted, normals, product, turn_order
+from vrg.portable.scalars import FAR, acos, asin, atan2, cos, cos_sin, exp, sin, square, tan, total
 
 ONE = 1 << 220
 """1 as a fixed-point number, which the functions below compute with: they are the measure."""
@@ -77,7 +77,7 @@ def test_a_small_angle_is_its_own_sine(angle: float) -> None:
 
 @given(LENGTHS, LENGTHS)
 def test_a_direction_is_within_a_unit_in_the_last_place(y: float, x: float) -> None:
-    if x == 0.0 or y == 0.0 or not 1e-9 < abs(y / x) < 1e9:
+    if min(abs(x), abs(y)) < 1e-9 or not 1e-9 < abs(y / x) < 1e9:
         assert atan2(y, x) == pytest.approx(math.atan2(y, x), rel=1e-15, abs=1e-300)
         return
     a, b = fixed(abs(y)), fixed(abs(x))
@@ -139,10 +139,32 @@ def test_small_matrices(size: int, seed: int) -> None:
     some = np.random.default_rng(seed).uniform(-1.0, 1.0, (size, size + 1))
     matrix = product(some, some.T) + np.eye(size)
     assert np.allclose(matrix, some @ some.T + np.eye(size))
-    assert np.allclose(product(inverse(matrix), matrix), np.eye(size), atol=1e-12)
+    assert np.allclose(product(inverted(matrix), matrix), np.eye(size), atol=1e-12)
     assert np.allclose(product(some, some[0]), some @ some[0])
     with pytest.raises(ValueError, match="positive definite"):
-        inverse(-matrix)
+        inverted(-matrix)
+
+
+@given(st.lists(st.floats(-math.pi, math.pi), min_size=2, unique=True))
+def test_the_order_of_turns_is_that_of_their_angles(angles: list[float]) -> None:
+    order = turn_order(*cos_sin_array(np.array(sorted(angles))))
+    assert (np.diff(order) >= 0.0).all()
+    assert (np.abs(order) <= 2.0).all()
+    assert turn_order(np.array([1.0, 0.0, -3.0, 0.0, -1.0]), np.array([0.0, 2.0, 0.0, -2.0, -0.0])).tolist() == [
+        0.0, 1.0, 2.0, -1.0, -2.0,
+    ]  # fmt: skip
+
+
+def test_draws_are_normal_and_rounded() -> None:
+    drawn, exact = (draw(np.random.default_rng(3), 20_000) for draw in (normals, np.random.Generator.standard_normal))
+    assert abs(drawn - exact).max() <= 2.0**-21
+    assert np.array_equal(drawn * 2.0**20, np.rint(drawn * 2.0**20))
+
+
+def test_sums_and_squares_are_those_of_simple_steps() -> None:
+    assert total([0.1] * 10) == 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 == 0.9999999999999999
+    assert total([]) == 0.0
+    assert square(0.1) == 0.1 * 0.1
 
 
 def test_lengths() -> None:

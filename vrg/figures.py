@@ -12,6 +12,7 @@ from itertools import pairwise
 from msgspec import Struct
 
 from vrg.colours import Rgb
+from vrg.portable.scalars import cos_sin
 from vrg.regions import Region
 from vrg.segments import Stretch
 from vrg.types import Pose, Vector
@@ -128,7 +129,7 @@ def dashes(points: Sequence[Vector], colour: Rgb, width: float, length: float) -
 def rounded(length: float, width: float, radius: float) -> tuple[Vector, ...]:
     """A rectangle about the origin with round corners, counter-clockwise."""
     radius = min(radius, length / 2, width / 2)
-    arc = [(math.cos(a), math.sin(a)) for a in (0.0, math.pi / 6, math.pi / 3, math.pi / 2)]
+    arc = [cos_sin(a) for a in (0.0, math.pi / 6, math.pi / 3, math.pi / 2)]
     x, y = length / 2 - radius, width / 2 - radius
     corner = [(x + radius * c, y + radius * s) for c, s in arc]
     half = [*corner, *((-x, y) for x, y in reversed(corner))]

@@ -2,6 +2,7 @@
 
 import math
 
+from vrg.portable.scalars import cos_sin, sin
 from vrg.types import Pose, Twist, Uncertainty, Vector
 
 SIGMAS = 2.0
@@ -13,24 +14,30 @@ def wrap(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
+def ahead(x: float, y: float, heading: float, distance: float) -> Vector:
+    """Return the point at a distance, m, from (x, y) in the direction of a heading, rad."""
+    cos, sin = cos_sin(heading)
+    return x + distance * cos, y + distance * sin
+
+
 def compose(start: Pose, by: Pose) -> Pose:
     """Return the pose `by`, which is given in the frame of `start`, in the frame in which `start` is given."""
-    cos, sin = math.cos(start.theta), math.sin(start.theta)
+    cos, sin = cos_sin(start.theta)
     return Pose(start.x + by.x * cos - by.y * sin, start.y + by.x * sin + by.y * cos, wrap(start.theta + by.theta))
 
 
 def inverse(pose: Pose) -> Pose:
     """Return the inverse of a pose: composed with `pose` it gives (0, 0, 0)."""
-    cos, sin = math.cos(pose.theta), math.sin(pose.theta)
+    cos, sin = cos_sin(pose.theta)
     return Pose(-pose.x * cos - pose.y * sin, pose.x * sin - pose.y * cos, wrap(-pose.theta))
 
 
 def along_arc(pose: Pose, twist: Twist, seconds: float) -> Pose:
     """Return the pose of a body that moves with a twist for `seconds` from `pose` on. Its heading may pass pi."""
     half = twist.w * seconds / 2
-    time = seconds * (math.sin(half) / half if half else 1.0)
-    cos, sin = math.cos(pose.theta + half) * time, math.sin(pose.theta + half) * time
-    x, y = twist.v * cos - twist.side * sin, twist.v * sin + twist.side * cos
+    time = seconds * (sin(half) / half if half else 1.0)
+    cos, sine = cos_sin(pose.theta + half)
+    x, y = (twist.v * cos - twist.side * sine) * time, (twist.v * sine + twist.side * cos) * time
     return Pose(pose.x + x, pose.y + y, pose.theta + 2 * half)
 
 
@@ -41,10 +48,10 @@ def arc_between(before: Pose, after: Pose) -> Twist:
     """
     turn = wrap(after.theta - before.theta)
     half = turn / 2
-    scale = half / math.sin(half) if half else 1.0
-    cos, sin = math.cos(before.theta + half) * scale, math.sin(before.theta + half) * scale
-    x, y = after.x - before.x, after.y - before.y
-    return Twist(cos * x + sin * y, turn, cos * y - sin * x)
+    scale = half / sin(half) if half else 1.0
+    cos, sine = cos_sin(before.theta + half)
+    x, y = (after.x - before.x) * scale, (after.y - before.y) * scale
+    return Twist(cos * x + sine * y, turn, cos * y - sine * x)
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
@@ -58,7 +65,7 @@ def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
 
 def corners(pose: Pose, length: float, width: float) -> list[Vector]:
     """Return the corners of a body's outline, counter-clockwise from front left, in m."""
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    c, s = cos_sin(pose.theta)
     a, b = length / 2, width / 2
     return [(pose.x + c * u - s * v, pose.y + s * u + c * v) for u, v in ((a, b), (-a, b), (-a, -b), (a, -b))]
 
@@ -66,12 +73,9 @@ def corners(pose: Pose, length: float, width: float) -> list[Vector]:
 def ellipse(x: float, y: float, known: Uncertainty, corners: int = 24) -> list[Vector]:
     """Return the corners of a polygon for the ellipse within SIGMAS standard deviations about a place, m."""
     a, b, direction = known.ellipse
-    cos, sin = math.cos(direction) * SIGMAS, math.sin(direction) * SIGMAS
-    turns = [math.tau * number / corners for number in range(corners)]
-    return [
-        (x + cos * a * math.cos(t) - sin * b * math.sin(t), y + sin * a * math.cos(t) + cos * b * math.sin(t))
-        for t in turns
-    ]
+    cos, sin = (each * SIGMAS for each in cos_sin(direction))
+    turns = [cos_sin(math.tau * number / corners) for number in range(corners)]
+    return [(x + cos * a * c - sin * b * s, y + sin * a * c + cos * b * s) for c, s in turns]
 
 
 def separation(first: Pose, second: Pose, first_size: Vector, second_size: Vector) -> tuple[float, float, float]:
@@ -85,7 +89,7 @@ def separation(first: Pose, second: Pose, first_size: Vector, second_size: Vecto
         and the unit vector x, y of the axis, which points from the second body towards the first.
     """
     dx, dy = first.x - second.x, first.y - second.y
-    ca, sa, cb, sb = math.cos(first.theta), math.sin(first.theta), math.cos(second.theta), math.sin(second.theta)
+    (ca, sa), (cb, sb) = cos_sin(first.theta), cos_sin(second.theta)
     cos, sin = abs(ca * cb + sa * sb), abs(sa * cb - ca * sb)
     la, wa, lb, wb = first_size[0] / 2, first_size[1] / 2, second_size[0] / 2, second_size[1] / 2
     best = (-math.inf, 0.0, 0.0)
@@ -130,23 +134,19 @@ def nearest_points(first: Pose, second: Pose, first_size: Vector, second_size: V
 
 def _onto(point: Vector, pose: Pose, size: Vector) -> Vector:
     """The point of a body that is nearest to a point outside it."""
-    u, v = _local(point, pose)
-    u, v = max(-size[0] / 2, min(u, size[0] / 2)), max(-size[1] / 2, min(v, size[1] / 2))
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    c, s = cos_sin(pose.theta)
+    dx, dy = point[0] - pose.x, point[1] - pose.y
+    u = max(-size[0] / 2, min(c * dx + s * dy, size[0] / 2))
+    v = max(-size[1] / 2, min(c * dy - s * dx, size[1] / 2))
     return pose.x + c * u - s * v, pose.y + s * u + c * v
 
 
-def _local(point: Vector, pose: Pose) -> Vector:
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
-    dx, dy = point[0] - pose.x, point[1] - pose.y
-    return c * dx + s * dy, c * dy - s * dx
-
-
 def _corners_to_body(points: list[Vector], pose: Pose, size: Vector) -> float:
-    best = math.inf
-    for point in points:
-        u, v = _local(point, pose)
-        outside_u, outside_v = max(abs(u) - size[0] / 2, 0.0), max(abs(v) - size[1] / 2, 0.0)
+    (c, s), best = cos_sin(pose.theta), math.inf
+    for x, y in points:
+        dx, dy = x - pose.x, y - pose.y
+        outside_u = max(abs(c * dx + s * dy) - size[0] / 2, 0.0)
+        outside_v = max(abs(c * dy - s * dx) - size[1] / 2, 0.0)
         best = min(best, math.hypot(outside_u, outside_v))
     return best
 

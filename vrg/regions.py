@@ -13,6 +13,8 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from vrg.geometry import ahead
+from vrg.portable.scalars import atan2, cos_sin
 from vrg.segments import (
     arc,
     area,
@@ -251,7 +253,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
         """The point itself if it is inside, or the nearest point of the arc or of an edge."""
         if self.contains(x, y):
             return x, y
-        bearing = math.atan2(y - self.y, x - self.x)
+        bearing = atan2(y - self.y, x - self.x)
         candidates = [
             nearest_on_segment((x, y), (self.x, self.y), self._at(self.radius, edge))
             for edge in (self.start, self.start + self.sweep)
@@ -269,12 +271,12 @@ class Sector(_Shape, frozen=True, tag="sector"):
         return [(self.x, self.y), *arc((self.x, self.y), self.radius, self.start, self.sweep)]
 
     def _at(self, distance: float, bearing: float) -> Vector:
-        return self.x + distance * math.cos(bearing), self.y + distance * math.sin(bearing)
+        return ahead(self.x, self.y, bearing, distance)
 
     def _normals(self) -> tuple[Vector, Vector]:
         """The unit vectors that are perpendicular to the two edges and lead inwards."""
-        end = self.start + self.sweep
-        return (-math.sin(self.start), math.cos(self.start)), (math.sin(end), -math.cos(end))
+        (c0, s0), (c1, s1) = cos_sin(self.start), cos_sin(self.start + self.sweep)
+        return (-s0, c0), (s1, -c1)
 
 
 class Polygon(_Shape, frozen=True, tag="polygon"):

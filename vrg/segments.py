@@ -4,6 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+from vrg.geometry import ahead
+from vrg.portable.scalars import acos, total
 from vrg.types import Vector
 
 CHORD = 0.01
@@ -74,15 +76,9 @@ def on_inner_sides(
 
 def arc(centre: Vector, radius: float, start: float, sweep: float) -> list[Vector]:
     """Points of an arc, both ends included, so close together that no chord is farther than CHORD from the arc."""
-    step = 2 * math.acos(max(0.0, 1.0 - CHORD / radius)) if radius > CHORD else math.pi / 4
+    step = 2 * acos(max(0.0, 1.0 - CHORD / radius)) if radius > CHORD else math.pi / 4
     count = max(8, math.ceil(sweep / step))
-    return [
-        (
-            centre[0] + radius * math.cos(start + sweep * i / count),
-            centre[1] + radius * math.sin(start + sweep * i / count),
-        )
-        for i in range(count + 1)
-    ]
+    return [ahead(*centre, start + sweep * i / count, radius) for i in range(count + 1)]
 
 
 def nearest_on_segment(point: Vector, a: Vector, b: Vector) -> Vector:
@@ -124,13 +120,13 @@ def convex(corners: Sequence[Vector]) -> bool:
     ways = [b[0] - a[0] for a, b in zip(corners, turned(corners), strict=True)]
     grows = [way > 0.0 for way in ways if abs(way) > _TINY]
     changes = sum(a != b for a, b in zip(grows, [*grows[1:], *grows[:1]], strict=True))
-    return min(turns) >= -_TINY and sum(turns) > 0.0 and changes == 2
+    return min(turns) >= -_TINY and total(turns) > 0.0 and changes == 2
 
 
 def centroid(points: Sequence[Vector]) -> Vector:
-    return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
+    return total(x for x, _ in points) / len(points), total(y for _, y in points) / len(points)
 
 
 def area(points: Sequence[Vector]) -> float:
     """The area of a polygon whose corners are counter-clockwise, m^2 (the shoelace formula)."""
-    return sum(ax * by - bx * ay for (ax, ay), (bx, by) in zip(points, turned(points), strict=True)) / 2
+    return total(ax * by - bx * ay for (ax, ay), (bx, by) in zip(points, turned(points), strict=True)) / 2

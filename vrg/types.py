@@ -1,6 +1,6 @@
 """Types that every package of VRG shares: poses, twists, tables, and the bounds of numbers.
 
-This module imports nothing of VRG.
+Of VRG, this module imports only arithmetic.
 
 Poses and twists are frozen structs, so that they travel on the bus without conversion. A struct does not check its
 values when it is made; the bounds are checked when a message is decoded. Lengths are in metres, angles in radians, and
@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from typing import Annotated, Any, NoReturn, TypeVar
 
 from msgspec import Meta, Struct
+
+from vrg.portable.scalars import atan2
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -91,7 +93,7 @@ class Uncertainty(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     def ellipse(self) -> tuple[float, float, float]:
         """The ellipse of one standard deviation: its half axes, m, the longer first, and the direction of that, rad."""
         middle, spread = (self.xx + self.yy) / 2, math.hypot((self.xx - self.yy) / 2, self.xy)
-        direction = math.atan2(2 * self.xy, self.xx - self.yy) / 2
+        direction = atan2(2 * self.xy, self.xx - self.yy) / 2
         return math.sqrt(max(0.0, middle + spread)), math.sqrt(max(0.0, middle - spread)), direction
 
 

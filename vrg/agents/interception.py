@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from vrg.portable.scalars import square
 from vrg.types import Vector
 
 
@@ -35,9 +36,9 @@ def intercept(
     if distance - reach < 1e-9:
         return Interception(0.0, target)
     s = k * speed
-    a = velocity[0] ** 2 + velocity[1] ** 2 - s**2
+    a = square(velocity[0]) + square(velocity[1]) - square(s)
     b = 2 * (dx * velocity[0] + dy * velocity[1] - reach * s)
-    c = distance**2 - reach**2
+    c = square(distance) - square(reach)
     time = _smallest_positive_root(a, b, c)
     if time is None:
         return None

@@ -14,7 +14,7 @@ from vrg.agents.radio import Radio, TeamMessage, packed
 from vrg.agents.strategy import Action
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Bid, Links, RefereeState, Sight, Sighting, Sightings, Sketch
+from vrg.bus.messages import Bid, Links, RefereeState, Sight, Sighting, Sightings, Sketch, Stroke
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.shared import shared
@@ -82,7 +82,7 @@ def sendable(action: Action) -> tuple[Payload, list[str]]:
         attempt("bids", lambda: _bids(action.bids), []) if action.bids else [],
         None
         if action.sketch is None
-        else attempt("sketch", lambda: checked(Sketch(strokes=tuple(action.sketch or ()))), None),
+        else attempt("sketch", lambda: checked(Sketch(strokes=tuple(map(_drawn, action.sketch or ())))), None),
     )
     return payload, problems
 
@@ -101,6 +101,11 @@ def _quantised(seen: Sighting) -> Sighting:
     if xx <= 0.0 or yy <= 0.0:
         xx, xy, yy = seen.xx, seen.xy, seen.yy
     return Sighting(x=x, y=y, time=time, xx=xx, xy=xy, yy=yy)
+
+
+def _drawn(stroke: Stroke) -> Stroke:
+    points = tuple((quantised(float(x)), quantised(float(y))) for x, y in stroke.points)
+    return Stroke(points=points, label=stroke.label)
 
 
 class Telling:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 from vrg.navigation.control import scaled
+from vrg.portable.scalars import total
 from vrg.regions import Region
 from vrg.types import Vector
 
@@ -20,8 +21,8 @@ def descent(position: Vector, goal: Vector, sharks: Sequence[Vector]) -> Vector:
     """
     ux, uy = scaled((goal[0] - position[0], goal[1] - position[1]), 1.0)
     if sharks:
-        bx = sum(s[0] for s in sharks) / len(sharks)
-        by = sum(s[1] for s in sharks) / len(sharks)
+        bx = total(s[0] for s in sharks) / len(sharks)
+        by = total(s[1] for s in sharks) / len(sharks)
         ax, ay = scaled((position[0] - bx, position[1] - by), SHARK_WEIGHT)
         ux, uy = ux + ax, uy + ay
     return ux, uy

@@ -2,6 +2,7 @@
 
 import math
 
+from vrg.portable.scalars import square
 from vrg.segments import nearest_on_segment
 from vrg.types import Vector
 
@@ -31,7 +32,7 @@ def lion_move(centre: Vector, lion: Vector, man: Vector, step: float) -> Vector:
     length = math.dist(centre, man)
     if length == 0.0:
         return nearest
-    ahead = min(math.sqrt(step**2 - away**2), math.dist(nearest, man))
+    ahead = min(math.sqrt(square(step) - square(away)), math.dist(nearest, man))
     return (
         nearest[0] + (man[0] - centre[0]) / length * ahead,
         nearest[1] + (man[1] - centre[1]) / length * ahead,

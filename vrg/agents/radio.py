@@ -10,7 +10,7 @@ import math
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 import msgspec
 
@@ -20,7 +20,7 @@ from vrg.bus.messages import SAY_LIMIT, LinkCount, Say
 from vrg.bus.topics import Keys
 from vrg.names import name_of
 from vrg.radio_settings import LinkSettings, RadioSettings
-from vrg.types import Vector
+from vrg.types import Vector, quantised
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,17 +73,35 @@ class PerfectLink:
         return 0.0
 
 
+_FLOAT: Final = b"\xcb"
+"""The byte before a number with a fraction in MessagePack. Other values may have it, too."""
+
+
 def packed(words: Any) -> bytes:
     """The words to the team as MessagePack, which numpy's numbers and arrays may be part of.
+
+    Numbers are rounded as by `quantised`.
 
     Raises:
         TypeError: MessagePack cannot hold it.
         ValueError: it is longer than SAY_LIMIT bytes.
     """
     data = msgspec.msgpack.encode(words, enc_hook=plain)
+    if _FLOAT in data:
+        data = msgspec.msgpack.encode(_rounded(msgspec.msgpack.decode(data)))
     if len(data) > SAY_LIMIT:
         raise ValueError(f"expected at most {SAY_LIMIT} bytes to be sent at a tick, got {len(data)}")
     return data
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return quantised(value)
+    if isinstance(value, list):
+        return [_rounded(part) for part in value]
+    if isinstance(value, dict):
+        return {key: _rounded(part) for key, part in value.items()}
+    return value
 
 
 class Radio:

@@ -7,6 +7,7 @@ from vrg.bus.messages import Call, WorldRequest
 from vrg.bus.topics import Keys
 from vrg.coordinator.outcome import Answer, Effects
 from vrg.navigation.assignment import assign
+from vrg.portable.scalars import square
 from vrg.types import Pose
 
 
@@ -16,7 +17,7 @@ def assigned(poses: Mapping[str, Pose], marks: Sequence[Pose]) -> dict[str, Pose
     Args:
         poses: where the players are. marks: at least as many as there are players.
     """
-    costs = [[(pose.x - mark.x) ** 2 + (pose.y - mark.y) ** 2 for mark in marks] for pose in poses.values()]
+    costs = [[square(pose.x - mark.x) + square(pose.y - mark.y) for mark in marks] for pose in poses.values()]
     return {name: marks[column] for name, (_, column) in zip(poses, assign(costs), strict=True)}
 
 

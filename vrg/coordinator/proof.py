@@ -9,6 +9,7 @@ from typing import Any
 from vrg.bus.messages import Call
 from vrg.coordinator.rulebook import Observation
 from vrg.geometry import SIGMAS
+from vrg.portable.scalars import square
 from vrg.regions import Region
 from vrg.types import Pose, Uncertainty, Vector
 
@@ -93,7 +94,7 @@ def with_deviation(measure: Measure, bodies: Iterable[tuple[Pose, float, Uncerta
             u, v = (to_x - x) / length, (to_y - y) / length
             variance += u * u * known.xx + 2 * u * v * known.xy + v * v * known.yy
         else:  # they touch: whichever direction is the least known
-            variance += known.ellipse[0] ** 2
+            variance += square(known.ellipse[0])
     return replace(measure, deviation=math.sqrt(max(0.0, variance))) if found else measure
 
 

@@ -13,6 +13,7 @@ from msgspec import structs
 from vrg.bus.messages import Body, PlayerStatus, RefereeState
 from vrg.navigation.avoidance import Obstacle
 from vrg.navigation.pilot import CLEARANCE, Pilot
+from vrg.portable.scalars import cos_sin
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Twist, Vector
 
@@ -110,5 +111,5 @@ def _inner(goal: Region) -> tuple[Region, list[Vector]]:
 
 def _velocity(body: Body) -> Vector:
     """The velocity of a body in the map's frame, m/s."""
-    cos, sin = math.cos(body.pose.theta), math.sin(body.pose.theta)
+    cos, sin = cos_sin(body.pose.theta)
     return body.twist.v * cos - body.twist.side * sin, body.twist.v * sin + body.twist.side * cos

@@ -24,6 +24,8 @@ from msgspec import structs
 from vrg.bus.messages import LOST, Fix
 from vrg.geometry import compose, interpolate, inverse, wrap
 from vrg.localisation.motion import SLIP_TIME, MotionNoise, corrected, driven
+from vrg.portable.arrays import inverted, product
+from vrg.portable.scalars import atan2, cos_sin, square
 from vrg.types import Pose, Uncertainty
 
 Floats = npt.NDArray[np.float64]
@@ -251,10 +253,10 @@ class Estimator:
         """The state at a later time, by the odometry then."""
         noise, dt, by = self._noise, time - state.time, self._driven(state, time, odometry)
         if by is None:
-            covariance = state.covariance + np.diag([RESTART**2, RESTART**2, RESTART**2, 0.0, 0.0, 0.0])
+            covariance = state.covariance + np.diag([*[RESTART * RESTART] * 3, 0.0, 0.0, 0.0])
             return _State(time, odometry, state.mean, covariance)
         (longer, wider, bend), theta = state.mean[3:].tolist(), float(state.mean[2])
-        cos, sin, way = math.cos(theta), math.sin(theta), corrected(by, longer, wider, bend)
+        (cos, sin), way = cos_sin(theta), corrected(by, longer, wider, bend)
         moved = cos * way.x - sin * way.y, sin * way.x + cos * way.y
         mean = state.mean.copy()
         mean[:3] += *moved, way.theta
@@ -265,13 +267,18 @@ class Estimator:
         F[2, 4], F[2, 5] = by.theta, by.x
         # The slip of one moment and that of the next are independent, so much of it cancels out over a longer time.
         length, kept = math.hypot(by.x, by.y), min(1.0, SLIP_TIME / dt) if dt else 0.0
-        along, aside, rest = kept * (noise.along * length) ** 2, kept * (noise.aside * length) ** 2, noise.rest**2 * dt
-        covariance = F @ state.covariance @ F.T
+        along, aside, rest = (
+            kept * square(noise.along * length),
+            kept * square(noise.aside * length),
+            square(noise.rest) * dt,
+        )
+        covariance = product(product(F, state.covariance), F.T)
         covariance[0, 0] += cos * cos * along + sin * sin * aside + rest
         covariance[1, 1] += sin * sin * along + cos * cos * aside + rest
         covariance[0, 1] += cos * sin * (along - aside)
         covariance[1, 0] = covariance[0, 1]
-        covariance[2, 2] += kept * ((noise.turn * length) ** 2 + (noise.spin * by.theta) ** 2) + noise.rest_turn**2 * dt
+        turned = square(noise.turn * length) + square(noise.spin * by.theta)
+        covariance[2, 2] += kept * turned + square(noise.rest_turn) * dt
         return _State(time, odometry, mean, covariance)
 
 
@@ -285,7 +292,7 @@ def _gate(fix: Fix) -> float:
 
 def _covariance(fix: Fix) -> Floats:
     """The covariance of x, y and the heading, if it has one: shape (3, 3) or (2, 2), m and rad."""
-    return np.diag([fix.position**2] * 2 + ([] if fix.heading is None else [fix.heading**2]))
+    return np.diag([square(fix.position)] * 2 + ([] if fix.heading is None else [square(fix.heading)]))
 
 
 def _updated(state: _State, fix: Fix) -> tuple[_State, float]:
@@ -295,13 +302,14 @@ def _updated(state: _State, fix: Fix) -> tuple[_State, float]:
     way = np.array([fix.pose.x, fix.pose.y, fix.pose.theta])[:n] - state.mean[:n]
     if n == 3:
         way[2] = wrap(float(way[2]))
-    S = P[:n, :n] + R
-    K = np.linalg.solve(S, P[:n]).T
+    known = inverted(P[:n, :n] + R)
+    K = product(P[:, :n], known)
     # The form that stays positive definite (Joseph): (I - K H) P (I - K H)' + K R K'.
     A = np.eye(6)
     A[:, :n] -= K
-    found = _State(state.time, state.odometry, state.mean + K @ way, A @ P @ A.T + K @ R @ K.T, fix)
-    return found, float(way @ np.linalg.solve(S, way))
+    covariance = product(product(A, P), A.T) + product(product(K, R), K.T)
+    found = _State(state.time, state.odometry, state.mean + product(K, way), covariance, fix)
+    return found, float(product(way[None], product(known, way))[0])
 
 
 def _far(one: Pose, other: Pose) -> float:
@@ -313,7 +321,7 @@ def _agree(one: Fix, its_odometry: Pose, other: Fix, odometry: Pose) -> bool:
     there = compose(one.pose, compose(inverse(its_odometry), odometry))
     far = math.hypot(there.x - other.pose.x, there.y - other.pose.y) / math.hypot(one.position, other.position)
     turned = wrap(there.theta - other.pose.theta) / math.hypot(one.heading or 0.0, other.heading or 0.0)
-    return far**2 + turned**2 < _GATES[3]
+    return square(far) + square(turned) < _GATES[3]
 
 
 def _turn(seen: Sequence[tuple[Fix, Pose]]) -> float | None:
@@ -325,7 +333,7 @@ def _turn(seen: Sequence[tuple[Fix, Pose]]) -> float | None:
         return None
     (first, start), (last, end) = seen[0], seen[-1]
     way, went = compose(inverse(first.pose), last.pose), compose(inverse(start), end)
-    angle = wrap(math.atan2(went.y, went.x) - math.atan2(way.y, way.x))
+    angle = wrap(atan2(went.y, went.x) - atan2(way.y, way.x))
     if _far(start, end) < _LEAST_WAY or abs(angle) < TURNED:
         return None
     back = Pose(0.0, 0.0, -angle)

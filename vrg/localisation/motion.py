@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from vrg.geometry import compose, inverse
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.odometry import OdometrySpec
+from vrg.portable.scalars import cos_sin, square, total
 from vrg.types import Pose
 
 SLIP_TIME = 0.02
@@ -57,7 +58,7 @@ def motion_noise(model: RobotModel, *, physical: bool = False) -> MotionNoise:
 
     def spread(shares: tuple[float, ...], unit: int) -> float:
         """The part that an error of 1 of each axis is of the body's motion, for a unit of the twist."""
-        return math.sqrt(sum((share * rate[unit]) ** 2 for share, rate in zip(shares, rates, strict=True)))
+        return math.sqrt(total(square(share * rate[unit]) for share, rate in zip(shares, rates, strict=True)))
 
     scale = PHYSICAL_SCALE if physical else spec.scale_noise
     return MotionNoise(
@@ -89,5 +90,6 @@ def driven(before: Pose, after: Pose, seconds: float, fastest: float) -> Pose | 
 def corrected(way: Pose, longer: float, wider: float, bend: float) -> Pose:
     """A short way as it truly is, if odometry measures `way` and errs by these; see `MotionNoise`."""
     turn = bend * way.x  # it curves the way, too: half of it counts for the direction
-    cos, sin = math.cos(turn / 2) * (1.0 + longer), math.sin(turn / 2) * (1.0 + longer)
-    return Pose(cos * way.x - sin * way.y, sin * way.x + cos * way.y, (1.0 + wider) * way.theta + turn)
+    cos, sin = cos_sin(turn / 2)
+    x, y = (1.0 + longer) * way.x, (1.0 + longer) * way.y
+    return Pose(cos * x - sin * y, sin * x + cos * y, (1.0 + wider) * way.theta + turn)

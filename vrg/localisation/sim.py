@@ -16,6 +16,7 @@ from vrg.bus.topics import Keys, name_in
 from vrg.geometry import along_arc, arc_between, compose, interpolate, wrap
 from vrg.localisation.motion import corrected, driven, motion_noise
 from vrg.localisation.source import Source, SourceContext
+from vrg.portable.arrays import normals
 from vrg.tables import Table
 from vrg.types import Pose
 
@@ -95,7 +96,7 @@ class SimulatedFixes:
             shown |= {names[one]: names[other], names[other]: names[one]}
         fixes, heading = [], math.radians(s.heading)
         for name in names:
-            (dx, dy, turn), lost = rng.standard_normal(3).tolist(), rng.random() < s.loss
+            (dx, dy, turn), lost = normals(rng, 3).tolist(), rng.random() < s.loss
             pose = poses[shown[name]]
             seen = Pose(pose.x + s.position * dx, pose.y + s.position * dy, wrap(pose.theta + heading * turn))
             if not lost:

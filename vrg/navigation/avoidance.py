@@ -7,11 +7,12 @@ from typing import Final, Protocol
 
 from msgspec import Struct
 
+from vrg.portable.scalars import cos_sin, square
 from vrg.types import Vector
 
 TURNS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.25, -1.25, 1.6, -1.6, 2.1, -2.1, 2.6, -2.6, math.pi)
 """The directions that are tried, in this order, as turns from the wanted direction in rad."""
-_TURNS: Final = tuple((math.cos(turn), math.sin(turn)) for turn in TURNS)
+_TURNS: Final = tuple(cos_sin(turn) for turn in TURNS)
 
 
 class FreeArea(Protocol):
@@ -115,7 +116,7 @@ def _clear(position: Vector, u: Vector, obstacle: Obstacle, horizon: float) -> b
     closing = -(px * vx + py * vy)
     if closing <= 0:
         return True
-    if px * px + py * py < obstacle.clearance**2:
+    if px * px + py * py < square(obstacle.clearance):
         return False
     time = min(closing / (vx * vx + vy * vy), horizon)
     return math.hypot(px + vx * time, py + vy * time) >= obstacle.clearance

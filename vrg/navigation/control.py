@@ -2,13 +2,14 @@
 
 import math
 
-from vrg.geometry import wrap
+from vrg.geometry import ahead, wrap
+from vrg.portable.scalars import cos_sin
 from vrg.types import Pose, Twist, Vector
 
 
 def offset_point(pose: Pose, d: float) -> Vector:
     """The point at a distance d (m) ahead of the body's centre (thesis, eq. 2.2)."""
-    return pose.x + d * math.cos(pose.theta), pose.y + d * math.sin(pose.theta)
+    return ahead(pose.x, pose.y, pose.theta, d)
 
 
 def linearise(u: Vector, theta: float, d: float) -> Twist:
@@ -19,7 +20,7 @@ def linearise(u: Vector, theta: float, d: float) -> Twist:
         theta: the heading of the body, rad.
         d: the distance of the offset point from the body's centre, m, not 0.
     """
-    c, s = math.cos(theta), math.sin(theta)
+    c, s = cos_sin(theta)
     return Twist(u[0] * c + u[1] * s, (u[1] * c - u[0] * s) / d)
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from vrg.navigation.avoidance import FreeArea, Obstacle, is_near, steer
 from vrg.navigation.control import linearise, scaled, turn
 from vrg.navigation.route import WAYPOINT_CLEARANCE, Effort, grown, route
+from vrg.portable.scalars import atan2, cos_sin
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Pose, Twist, Vector
 
@@ -72,7 +73,7 @@ class Pilot:
             walls: the regions that no robot can drive through, each with the distance to keep from it, m.
         """
         here = (pose.x, pose.y)
-        standing = [n for n in neighbours if n.velocity[0] ** 2 + n.velocity[1] ** 2 < STANDING**2]
+        standing = [n for n in neighbours if math.hypot(*n.velocity) < STANDING]
         target = places[0]
         solid = _solid(walls, here)
         if standing or solid:
@@ -137,7 +138,7 @@ class Pilot:
         self._begin(now, (pose.x, pose.y))
         if towards is None or math.dist(towards, (pose.x, pose.y)) < OFFSET:
             return STILL
-        error = math.remainder(math.atan2(towards[1] - pose.y, towards[0] - pose.x) - pose.theta, math.tau)
+        error = math.remainder(atan2(towards[1] - pose.y, towards[0] - pose.x) - pose.theta, math.tau)
         return turn(error, FACING)
 
     def _begin(self, now: float, here: Vector) -> None:
@@ -196,6 +197,7 @@ def _away(pose: Pose, neighbours: Sequence[Obstacle], speed: float) -> Vector:
     here = (pose.x, pose.y)
     nearest = min(neighbours, key=lambda n: math.dist(n.position, here), default=None)
     if nearest is None:
-        return scaled((-math.cos(pose.theta), -math.sin(pose.theta)), speed)
+        cos, sin = cos_sin(pose.theta)
+        return -cos * speed, -sin * speed
     dx, dy = here[0] - nearest.position[0], here[1] - nearest.position[1]
     return scaled((dx - SIDEWAYS * dy, dy + SIDEWAYS * dx), speed)

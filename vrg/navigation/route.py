@@ -8,6 +8,8 @@ import heapq
 import math
 from collections.abc import Callable, Sequence
 
+from vrg.geometry import ahead
+from vrg.portable.scalars import cos
 from vrg.regions import Circle, Polygon, Region
 from vrg.segments import turned
 from vrg.types import Vector
@@ -129,9 +131,9 @@ def _around(obstacle: Region) -> list[Vector]:
     """The points around an obstacle at which a way may turn."""
     if isinstance(obstacle, Circle):
         # The sides of the polygon through these points do not enter the disc.
-        radius = (obstacle.radius + WAYPOINT_CLEARANCE) / math.cos(math.pi / CORNERS)
+        radius = (obstacle.radius + WAYPOINT_CLEARANCE) / cos(math.pi / CORNERS)
         angles = [math.tau * (i + 0.5) / CORNERS for i in range(CORNERS)]
-        return [(obstacle.x + radius * math.cos(a), obstacle.y + radius * math.sin(a)) for a in angles]
+        return [ahead(obstacle.x, obstacle.y, angle, radius) for angle in angles]
     return grown(obstacle, WAYPOINT_CLEARANCE).outline()
 
 

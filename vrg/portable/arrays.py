@@ -13,6 +13,8 @@ Floats = npt.NDArray[np.float64]
 _FEW: Final = 48
 """The number of angles up to which one by one is faster than all together."""
 
+_STEPS: Final = 1.5 * 2.0**32  # added and taken away again, it rounds to multiples of 2^-20
+
 
 def cos_sin_array(angles: Floats) -> tuple[Floats, Floats]:
     """The cosines and the sines of angles, rad: of each what `cos_sin` gives, but NaN of one that is infinite."""
@@ -34,6 +36,30 @@ def hypot(x: Floats, y: Floats) -> Floats:
     return length
 
 
+def normals(rng: np.random.Generator, shape: int | tuple[int, ...]) -> Floats:
+    """Draw numbers of the standard normal distribution, rounded to steps of 2^-20.
+
+    They come from numpy's ziggurat, which is made of whole numbers but for the tail: of 4,000 numbers one is computed
+    by the C library's logarithm. The steps are so coarse that what differs in its last bit is rounded to the same
+    number, but for one draw in 10^15.
+    """
+    drawn: Floats = rng.standard_normal(shape)
+    drawn += _STEPS
+    drawn -= _STEPS
+    return drawn
+
+
+def turn_order(x: Floats, y: Floats) -> Floats:
+    """Numbers from -2 to 2 that rise with the directions of vectors (x, y) from -pi to pi, without their angles.
+
+    They are where the directions meet the square through the unit vectors of both axes, counted in its sides.
+    """
+    with np.errstate(invalid="ignore"):
+        along = y / (np.abs(x) + np.abs(y))
+    order: Floats = np.where(x >= 0.0, along, np.copysign(2.0, y) - along)
+    return order
+
+
 def product(first: Floats, second: Floats) -> Floats:
     """The product of two small matrices, or of a matrix and a vector, whose sums are taken in the order of the rows.
 
@@ -51,7 +77,7 @@ def product(first: Floats, second: Floats) -> Floats:
     return total
 
 
-def inverse(matrix: Floats) -> Floats:
+def inverted(matrix: Floats) -> Floats:
     """The inverse of a small symmetric positive definite matrix, shape (n, n), by its square root (Cholesky).
 
     Raises:

@@ -4,10 +4,11 @@ They are described at docs.foxglove.dev, "Schemas". Fields that a recording leav
 metres, angles radians, and every pose is in the map's frame.
 """
 
-import math
 from typing import Final
 
 from msgspec import Struct
+
+from vrg.portable.scalars import cos, sin
 
 FRAME_ID: Final = "map"
 """The name of the one frame of reference."""
@@ -205,4 +206,4 @@ def time_of(stamp: float) -> Time:
 def pose_of(x: float, y: float, theta: float, z: float = 0.0) -> Pose:
     """A planar pose in m and rad, `z` m above ground."""
     half = theta / 2
-    return Pose(Vector3(x, y, z), Quaternion(0.0, 0.0, math.sin(half), math.cos(half)))
+    return Pose(Vector3(x, y, z), Quaternion(0.0, 0.0, sin(half), cos(half)))

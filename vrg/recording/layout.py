@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from vrg.names import chunk_of
+from vrg.portable.scalars import tan
 from vrg.types import Vector
 
 VIEW: Final = "/view/"
@@ -29,7 +30,7 @@ def foxglove_layout(scans: Mapping[str, Sequence[str]], middle: Vector, width: f
     panels: dict[str, dict[str, Any]] = {
         "3D!match": {
             "cameraState": {
-                "distance": width / (2 * math.tan(math.radians(FIELD_OF_VIEW) / 2)), "perspective": True, "phi": 30.0,
+                "distance": width / (2 * tan(math.radians(FIELD_OF_VIEW) / 2)), "perspective": True, "phi": 30.0,
                 "thetaOffset": 0.0, "fovy": FIELD_OF_VIEW, "near": 0.5,
                 "far": 5000.0, "target": [0.0, 0.0, 0.0], "targetOffset": [*middle, 0.0],
                 "targetOrientation": [0.0, 0.0, 0.0, 1.0],

@@ -11,6 +11,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from vrg.portable.scalars import total
+
 REST_TIME = 0.2
 """The match time in s for which a robot must be at rest before it counts as standing."""
 MAX_POSE_INTERVAL = 0.35
@@ -232,7 +234,7 @@ def stop_of(number: int, incident: Incident, motion: Trajectory) -> RobotStop:
     else:
         end, outcome, resolution = first.begin, StopOutcome.STOPPED, first.resolution
     path = motion.path(onset, end)
-    distance = sum(math.dist(a[1:], b[1:]) for a, b in itertools.pairwise(path))
+    distance = total(math.dist(a[1:], b[1:]) for a, b in itertools.pairwise(path))
     if first is None and distance < _STILL and motion.speed(onset) < _STILL:
         # Its measurements came too late to call it at rest, but none of them shows that it moved.
         return RobotStop(number, motion.name, StopOutcome.UNKNOWN)

@@ -8,10 +8,13 @@ others.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from vrg.agents.perception.scan import Floats, Mask, Scan
+from vrg.portable.arrays import cos_sin_array, hypot, turn_order
+from vrg.portable.scalars import cos_sin
 from vrg.types import Vector
 
 OBSTACLE_MARGIN = 0.3
@@ -43,13 +46,24 @@ class Snapshot:
         if not len(self.free) or not known.any():
             return np.zeros(len(points), dtype=np.bool_)
         dx, dy = (points[known] - self.origin).T
-        # The turn from the first beam, from 0 to 2 pi, so that scans of a full turn work too.
-        turn = np.mod(np.arctan2(dy, dx) - (self.heading + self.angle_min - self.angle_step / 2), 2 * np.pi)
-        beam = np.minimum(turn / self.angle_step, len(self.free)).astype(np.int64)
+        # The turn from the border of the first beam, from 0 to a whole turn, so that scans of a full turn work too.
+        cos, sin = cos_sin(self.heading + self.angle_min - self.angle_step / 2)
+        turn = turn_order(cos * dx + sin * dy, cos * dy - sin * dx)
+        turn[turn < 0.0] += 4.0
+        beam = np.searchsorted(self._borders, turn, side="right")
         beyond = beam >= len(self.free)
         beam[beyond] = 0
-        known[known] = ~beyond & (np.hypot(dx, dy) < self.free[beam])
+        known[known] = ~beyond & (hypot(dx, dy) < self.free[beam])
         return known
+
+    @cached_property
+    def _borders(self) -> Floats:
+        """The turns to the ends of the beams from the border of the first one, as `turn_order` tells them, 0 to 4."""
+        angles = self.angle_step * np.arange(1, len(self.free) + 1, dtype=np.float64)
+        borders = turn_order(*cos_sin_array(angles))
+        borders[borders < 0.0] += 4.0
+        borders[angles > 2 * np.pi - 1e-9] = 4.0  # of a full turn
+        return borders
 
     def coarser(self, beams: int) -> "Snapshot":
         """The same free space with at most so many beams: each is as free as the least free of those it stands for."""
@@ -112,7 +126,7 @@ def returns_of(scan: Scan, robots: Iterable[tuple[Vector, float]]) -> Mask:
     points = scan.points[scan.hits]
     near = np.zeros(len(points), dtype=np.bool_)
     for (x, y), radius in robots:
-        near |= np.hypot(points[:, 0] - x, points[:, 1] - y) < radius
+        near |= hypot(points[:, 0] - x, points[:, 1] - y) < radius
     mask = scan.hits.copy()
     mask[mask] = near
     return mask

@@ -7,6 +7,8 @@ import numpy.typing as npt
 
 from vrg.agents.perception.scan import Floats, Mask, Scan
 from vrg.bus.messages import CORRELATION, VARIANCE_LIMIT, Sighting
+from vrg.portable.arrays import hypot
+from vrg.portable.scalars import cos_sin, square
 from vrg.types import Uncertainty
 
 BREAKPOINT_DISTANCE = 0.4
@@ -54,7 +56,7 @@ def clusters(scan: Scan, chosen: Mask, explained: Mask | None = None) -> list[Be
     points = scan.points
     if scan.full_turn:
         beams = _begun_at_a_gap(beams, points)
-    apart = np.hypot(*np.diff(points[beams % len(points)], axis=0).T)
+    apart = hypot(*np.diff(points[beams % len(points)], axis=0).T)
     found: list[Beams] = []
     for group in np.split(beams, np.flatnonzero(apart > BREAKPOINT_DISTANCE) + 1):
         if len(group) < FEWEST or _extent(points[group % len(points)]) > WIDEST:
@@ -69,7 +71,7 @@ def clusters(scan: Scan, chosen: Mask, explained: Mask | None = None) -> list[Be
 def _begun_at_a_gap(beams: Beams, points: Floats) -> Beams:
     """The beams of a full turn in an order in which no group is across the end, if there is a gap at all."""
     places = points[beams]
-    before = np.hypot(*(places - np.roll(places, 1, axis=0)).T)
+    before = hypot(*(places - np.roll(places, 1, axis=0)).T)
     gaps = np.flatnonzero(before > BREAKPOINT_DISTANCE)
     if not gaps.size:
         return beams
@@ -79,7 +81,7 @@ def _begun_at_a_gap(beams: Beams, points: Floats) -> Beams:
 
 def _extent(points: Floats) -> float:
     """The diagonal of the box around points, shape (n, 2), m."""
-    return float(np.hypot(*(points.max(axis=0) - points.min(axis=0))))
+    return float(hypot(*(points.max(axis=0) - points.min(axis=0))))
 
 
 def _completed(scan: Scan, group: Beams, explained: Mask) -> Beams:
@@ -124,15 +126,15 @@ def sighting_of(
     away = float(np.mean(scan.ranges[beams % len(scan.ranges)])) + 0.6 * radius
     first, last = int(beams[0]), int(beams[-1])
     bearing = scan.heading + scan.angle_min + scan.angle_step * (first + last) / 2
-    heading = HEADING_ERROR**2 if uncertainty is None else uncertainty.heading
-    along = BODY_ERROR**2
-    aside = (BODY_ERROR / 2) ** 2 + away**2 * (heading + (scan.angle_step / 2) ** 2)
+    heading = square(HEADING_ERROR) if uncertainty is None else uncertainty.heading
+    along = square(BODY_ERROR)
+    aside = square(BODY_ERROR / 2) + square(away) * (heading + square(scan.angle_step / 2))
     cut = _goes_on(scan, last, 1) - _goes_on(scan, first, -1)
     hidden = HALF_WIDTH * radius - away * scan.angle_step * (last - first) / 2
     if cut and hidden > 0.0:
         bearing += cut * hidden / away
-        along, aside = along + CUT_ERROR**2, aside + CUT_ERROR**2
-    c, s = math.cos(bearing), math.sin(bearing)
+        along, aside = along + square(CUT_ERROR), aside + square(CUT_ERROR)
+    c, s = cos_sin(bearing)
     xx, xy, yy = along * c * c + aside * s * s, (along - aside) * c * s, along * s * s + aside * c * c
     if uncertainty is not None:
         xx, xy, yy = _sendable(xx + uncertainty.xx, xy + uncertainty.xy, yy + uncertainty.yy)

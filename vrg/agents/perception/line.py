@@ -9,6 +9,8 @@ import numpy as np
 
 from vrg.agents.perception.scan import Floats
 from vrg.bus.messages import Sighting
+from vrg.portable.arrays import inverted, product
+from vrg.portable.scalars import square
 from vrg.types import Vector
 
 SAME_ERROR = 0.3
@@ -65,7 +67,8 @@ class _Part:
     def counted_from(self, by: float) -> "_Part":
         """The same if the course counts from a time that is `by` s earlier."""
         turn = np.array([[1.0, by, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, by], [0.0, 0.0, 0.0, 1.0]])
-        return replace(self, information=turn.T @ self.information @ turn, vector=turn.T @ self.vector)
+        information = product(product(turn.T, self.information), turn)
+        return replace(self, information=information, vector=product(turn.T, self.vector))
 
     def honest(self) -> tuple[Floats, Floats]:
         """What these sightings tell if a part of their errors is the same in all; see `TrackedLine`."""
@@ -75,8 +78,9 @@ class _Part:
         # equations they have the rows of the position, because the source sees only the sum of both.
         places = information[_POSITION]
         known = worth * COMMON / (worth * COMMON + 1.0 - COMMON)
-        gain = known * places.T @ np.linalg.inv(places[:, _POSITION])
-        return (information - gain @ places) / (1.0 - COMMON), (vector - gain @ vector[_POSITION]) / (1.0 - COMMON)
+        gain = product(known * places.T, inverted(places[:, _POSITION]))
+        left, rest = information - product(gain, places), vector - product(gain, vector[_POSITION])
+        return left / (1.0 - COMMON), rest / (1.0 - COMMON)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +119,7 @@ class TrackedLine:
                 little about it, as one more measurement of a velocity of 0 with this standard deviation. None adds
                 nothing.
         """
-        return cls(time, 0.0 if speed is None else speed**-2)
+        return cls(time, 0.0 if speed is None else 1.0 / square(speed))
 
     @cached_property
     def count(self) -> int:
@@ -139,7 +143,7 @@ class TrackedLine:
             source: who has seen it, such as the name of a player; None if its error is independent of all others.
         """
         dt = sighting.time - self.time
-        determinant = sighting.xx * sighting.yy - sighting.xy**2
+        determinant = sighting.xx * sighting.yy - square(sighting.xy)
         a, b, c = sighting.yy / determinant, -sighting.xy / determinant, sighting.xx / determinant
         dt2 = dt * dt
         information = np.array(
@@ -184,13 +188,13 @@ class TrackedLine:
             raise ValueError(_UNDETERMINED)
         units = scale[:, None] * scale
         try:
-            inverse = np.linalg.inv(information / units)
-        except np.linalg.LinAlgError:
+            inverse = inverted(information / units)
+        except ValueError:
             raise ValueError(_UNDETERMINED) from None
         if not 0.0 < inverse.diagonal().max() < _MOST_INFLATED:
             raise ValueError(_UNDETERMINED)
         inverse /= units
-        return _Solution(self.time - by, (inverse @ vector).tolist(), inverse.tolist())
+        return _Solution(self.time - by, product(inverse, vector).tolist(), inverse.tolist())
 
     @property
     def velocity(self) -> Vector:

@@ -2,13 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from vrg.geometry import compose
+from vrg.geometry import ahead, compose
 from vrg.hal.sensors.depiction import Rays
+from vrg.portable.arrays import cos_sin_array
+from vrg.portable.scalars import cos_sin
 from vrg.types import Pose, Vector
 
 Floats = npt.NDArray[np.float64]
@@ -52,14 +54,21 @@ class Scan:
     @cached_property
     def points(self) -> Floats:
         """The points at which the beams met something: shape (beams, 2), m; not finite where they met nothing."""
-        bearings = self.bearings
+        cos, sin = cos_sin(self.heading)
+        ahead, aside = _directions(self.angle_min, self.angle_step, len(self.ranges))
         points = np.empty((len(self.ranges), 2))
         # An infinite range times the sine or cosine of 0 is no number; both are not finite.
         with np.errstate(invalid="ignore"):
-            np.multiply(self.ranges, np.cos(bearings), out=points[:, 0])
-            np.multiply(self.ranges, np.sin(bearings), out=points[:, 1])
+            np.multiply(self.ranges, cos * ahead - sin * aside, out=points[:, 0])
+            np.multiply(self.ranges, sin * ahead + cos * aside, out=points[:, 1])
         points += self.origin
         return points
+
+
+@lru_cache(maxsize=64)
+def _directions(first: float, step: float, beams: int) -> tuple[Floats, Floats]:
+    """The cosines and the sines of the angles of the beams, which are the same in each scan of a range finder."""
+    return cos_sin_array(first + step * np.arange(beams, dtype=np.float64))
 
 
 def make_scan(
@@ -81,8 +90,7 @@ def make_scan(
     with np.errstate(invalid="ignore"):
         plain[plain >= range_max * (1.0 - 1e-6)] = math.inf
         plain[~(plain > 0.0)] = math.nan
-    origin = (pose.x + mount * math.cos(pose.theta), pose.y + mount * math.sin(pose.theta))
-    return Scan(origin, pose.theta, angle_min, angle_step, plain, range_max)
+    return Scan(ahead(pose.x, pose.y, pose.theta, mount), pose.theta, angle_min, angle_step, plain, range_max)
 
 
 def scan_of(rays: Rays, pose: Pose) -> Scan:

@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass
 
 from vrg.agents.strategy import Strategy, View
-from vrg.geometry import wrap
+from vrg.geometry import ahead, wrap
 from vrg.hal.models import RobotModel
+from vrg.portable.scalars import atan2
 from vrg.regions import Rectangle, Region
 from vrg.types import STILL, Pose, Twist
 
@@ -123,8 +124,7 @@ class Figure(Strategy):
         v = self._twist(part.ahead, part.turning).v
         robot, pose = self.robot, view.pose
         way = abs(v) * (REACTION + robot.delay) + v * v / (2.0 * min(robot.a_max, robot.slowing or robot.a_max))
-        ahead = math.copysign(way, v) if v else 0.0
-        return room.contains(pose.x + ahead * math.cos(pose.theta), pose.y + ahead * math.sin(pose.theta))
+        return room.contains(*ahead(pose.x, pose.y, pose.theta, math.copysign(way, v) if v else 0.0))
 
     def _back(self, view: View) -> Twist:
         """The motion back to the middle of the room, and to the heading that it had at first."""
@@ -137,7 +137,7 @@ class Figure(Strategy):
         if far > self._nearest + WRONG_WAY:
             self._lost = True
             return STILL
-        error = wrap((math.atan2(y, x) if far > ARRIVED else home.theta) - view.pose.theta)
+        error = wrap((atan2(y, x) if far > ARRIVED else home.theta) - view.pose.theta)
         if far <= ARRIVED and abs(error) <= ARRIVED:
             self._returns = False
             self._rest(view.time)

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vrg.coordinator.rulebook import Observation
-from vrg.geometry import interpolate
+from vrg.geometry import ahead, interpolate
+from vrg.portable.scalars import cos_sin, total
 from vrg.regions import Region
 from vrg.segments import in_disc
 from vrg.types import Pose
@@ -16,12 +17,14 @@ COURSE_REACH = 0.5
 
 def across(course: Pose, pose: Pose) -> float:
     """The distance of a body's centre to the left of a course, m."""
-    return (pose.y - course.y) * math.cos(course.theta) - (pose.x - course.x) * math.sin(course.theta)
+    cos, sin = cos_sin(course.theta)
+    return (pose.y - course.y) * cos - (pose.x - course.x) * sin
 
 
 def along(course: Pose, pose: Pose) -> float:
     """The distance in m that a body's centre has come along a course."""
-    return (pose.x - course.x) * math.cos(course.theta) + (pose.y - course.y) * math.sin(course.theta)
+    cos, sin = cos_sin(course.theta)
+    return (pose.x - course.x) * cos + (pose.y - course.y) * sin
 
 
 @dataclass(frozen=True)
@@ -74,9 +77,8 @@ def ends_of(
     inside = stretch is not None
     leaves = None
     # A measured pose may tremble over the border, so who is outside has left only if it does not drive inwards.
-    far = sum(math.dist(end, corner) for corner in area.outline())
-    ahead = (b.x + far * math.cos(course), b.y + far * math.sin(course))
-    if not area.contains(*end) and area.inside(end, ahead) is None:
+    far = total(math.dist(end, corner) for corner in area.outline())
+    if not area.contains(*end) and area.inside(end, ahead(b.x, b.y, course, far)) is None:
         leaves = 1.0 if not (entered or inside) else 0.0 if stretch is None else stretch[1]
     captures = {p: at for p in pursuers if (at := _capture(p, a, b, before, now, reach)) is not None}
     first = min(captures, key=lambda p: captures[p], default=None)

@@ -1,10 +1,9 @@
 """The strategy of an intruder: straight on, at constant speed (thesis 4.2.3, eq. 4.1)."""
 
-import math
-
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.agents.strategy import Strategy, View
 from vrg.games.pursuit_evasion import CROSSING, WAITING
+from vrg.games.pursuit_evasion.crossing import across
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
 from vrg.types import STILL, Pose, Twist
@@ -68,7 +67,6 @@ class Intruder(Strategy):
             self._course = view.pose
         course, pose = self._course, view.pose
         # Its distance to the left of the course is small, so it may stand for the sine of the angle back to it.
-        dx, dy = pose.x - course.x, pose.y - course.y
-        left = dy * math.cos(course.theta) - dx * math.sin(course.theta)
+        left = across(course, pose)
         error = wrap(course.theta - pose.theta) - max(-0.5, min(0.5, left / LOOKAHEAD))
         return Twist(self.robot.v_max, TURN_GAIN * error)

@@ -8,6 +8,7 @@ from vrg.games.pursuit_evasion.crossing import COURSE_REACH
 from vrg.games.pursuit_evasion.rules import TOUCH_DISTANCE, PursuitEvasion
 from vrg.games.pursuit_evasion.seeing import SIGHTING_REACH
 from vrg.geometry import nearest_points, outline_distance
+from vrg.portable.scalars import cos_sin
 from vrg.types import Pose, Vector
 
 
@@ -36,8 +37,8 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
             name, place = call.players[0], (call.poses[0].x, call.poses[0].y)
             line, (since, past) = case.state.courses[name].pose, case.state.courses[name].mark
             then = past.x, past.y
-            (x, y), (x0, y0) = _foot(line, place), _foot(line, then)
-            way = (x - x0) * math.cos(line.theta) + (y - y0) * math.sin(line.theta)
+            (x, y), (x0, y0), (c, s) = _foot(line, place), _foot(line, then), cos_sin(line.theta)
+            way = (x - x0) * c + (y - y0) * s
             least = book.least_way(name, case.call.clock - since)
             what = f"distance of {name} along its course in the last {case.call.clock - since:.1f} s"
             found = [Measure(what, way, Relation.AT_MOST, least, ends=(then, place))]
@@ -60,7 +61,7 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
 
 def _foot(line: Pose, place: Vector) -> Vector:
     """The point of a line that is nearest to a place, m."""
-    c, s = math.cos(line.theta), math.sin(line.theta)
+    c, s = cos_sin(line.theta)
     way = (place[0] - line.x) * c + (place[1] - line.y) * s
     return line.x + way * c, line.y + way * s
 

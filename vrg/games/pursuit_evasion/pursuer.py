@@ -16,6 +16,7 @@ from vrg.navigation.avoidance import Obstacle
 from vrg.navigation.control import go_to, linearise, scaled
 from vrg.navigation.motion import TopSpeed
 from vrg.navigation.pilot import OFFSET, Pilot
+from vrg.portable.scalars import square
 from vrg.regions import Rectangle, Region
 from vrg.types import STILL, Twist, Vector
 
@@ -169,7 +170,7 @@ class Pursuer(Strategy):
             if auction.winner is not None or self.name not in auction.bidders:
                 continue
             track = self._tracks[auction.lot]
-            if track is None or max(track.line.velocity_covariance.diagonal()) > SURE**2:
+            if track is None or max(track.line.velocity_covariance.diagonal()) > square(SURE):
                 continue  # a few more sightings make it a better bid
             met = self._meet(view, track, bold=False)
             before = auction.bids.get(self.name)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from vrg.bus.messages import Sighting
 from vrg.coordinator.rulebook import Contestant
 from vrg.geometry import compose, corners, wrap
+from vrg.portable.scalars import atan2
 from vrg.regions import Polygon, Region
 from vrg.types import Pose
 
@@ -38,7 +39,7 @@ def can_see(
     for sweep in contestants[who].sweeps:
         eye = compose(poses[who], sweep.mount)
         for x, y in ((there.x, there.y), *corners(there, *contestants[whom].size)):
-            off = wrap(math.atan2(y - eye.y, x - eye.x) - eye.theta)
+            off = wrap(atan2(y - eye.y, x - eye.x) - eye.theta)
             if (
                 math.hypot(x - eye.x, y - eye.y) <= sweep.range_max
                 and abs(off) <= sweep.fov / 2 + 1e-9

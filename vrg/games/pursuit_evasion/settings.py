@@ -11,6 +11,8 @@ from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
 from vrg.games.pursuit_evasion import INTRUDER, PURSUER
 from vrg.games.settings import Coordinate, LineUp
+from vrg.geometry import ahead
+from vrg.portable.scalars import square
 from vrg.regions import Polygon, Region
 from vrg.segments import area, convex, cross, turned
 from vrg.types import Vector
@@ -70,7 +72,7 @@ def not_convex(corners: Sequence[Vector]) -> str | None:
     if convex(corners if side > 0.0 else corners[::-1]):
         return None
     turns = [side * cross(a, b, c) for a, b, c in zip(turned(corners, -1), corners, turned(corners), strict=True)]
-    tiny = 1e-9 * max(math.dist(a, b) for a in corners for b in corners) ** 2
+    tiny = 1e-9 * square(max(math.dist(a, b) for a in corners for b in corners))
     if max(map(abs, turns)) <= tiny:
         return "expected an area, but all corners are on one line"
     if min(turns) >= -1e-9 or _crosses(corners):
@@ -118,7 +120,7 @@ def _cannot_cross(area: Region, c: Contestant) -> str | None:
         return f"{c.name} is an intruder and starts outside the surveillance area; ({x:g}, {y:g}) is inside"
     # Beyond the farthest corner there is nothing of the area any more.
     far = 1.0 + max(math.dist((x, y), corner) for corner in area.outline())
-    end = (x + far * math.cos(c.start.theta), y + far * math.sin(c.start.theta))
+    end = ahead(x, y, c.start.theta, far)
     stretch = area.inside((x, y), end)
     if stretch is None or stretch[1] <= stretch[0]:
         heading = math.degrees(c.start.theta)

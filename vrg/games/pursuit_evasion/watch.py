@@ -18,6 +18,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Rays
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
+from vrg.portable.scalars import total
 from vrg.types import STILL, Pose, Uncertainty, Vector
 
 SNAPSHOT_SCANS = 5
@@ -93,7 +94,7 @@ class IntruderDetector:
     def timely(self, sightings: Sequence[Sighting]) -> list[Sighting]:
         """Sightings as if there had been no pause since: courses count only the time in which robots moved."""
         return [
-            replace(each, time=each.time + sum(pause for when, pause in self._pauses if each.time < when))
+            replace(each, time=each.time + total(pause for when, pause in self._pauses if each.time < when))
             for each in sightings
         ]
 

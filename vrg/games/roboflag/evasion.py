@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from vrg.portable.arrays import cos_sin_array, hypot
 from vrg.regions import Bounds, Circle
 from vrg.types import Vector
 
@@ -21,7 +22,7 @@ Safe = Callable[[Floats], Flags]
 """Tells of points, shape (..., 2), in m, which cannot be harmful: shape (...)."""
 
 DIRECTIONS = 24
-"""The number of directions that are looked at, besides the one that leads straight to the goal."""
+"""The number of directions that are looked at; the first leads straight to the goal."""
 DISTANCES: Floats = np.array([0.4, 0.8, 1.4, 2.2, 3.2, 4.5])
 """The distances in m ahead at which each direction is looked at."""
 LEVEL = 3.0
@@ -32,7 +33,13 @@ NEARER: Final = 0.1
 """The seconds of safety that a metre of progress is worth, where no way is safe."""
 TURNED: Final = 0.02
 """The progress in m that a turn by a radian costs: of ways that are about as good, the one that turns least."""
-_ANGLES = np.arange(DIRECTIONS) * (math.tau / DIRECTIONS)
+_EVEN: Final = 1e9
+"""The number of steps in 1 to which values are rounded before the best is chosen. Ways to both sides are often equally
+good: then the first one counts, which is that to the left, and not what rounding has left of a difference."""
+_HALF = np.arange(1, DIRECTIONS // 2) * (math.tau / DIRECTIONS)
+_TURNS: Floats = np.concatenate(([0.0], _HALF, [math.pi], -_HALF[::-1]))
+"""The turns of the directions from the one that leads straight to the goal, rad."""
+_UNITS: Floats = np.stack(cos_sin_array(_TURNS), axis=-1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,24 +78,23 @@ def best_course(
         inside: which points one may drive to. harmless: where one cannot be tagged.
     """
     here, there = np.array(place), np.array(goal)
-    straight = math.atan2(goal[1] - place[1], goal[0] - place[0])
-    angles = np.append(_ANGLES + straight, straight)
-    units = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
-    distances = np.minimum(DISTANCES, max(math.dist(place, goal), DISTANCES[0]))
+    far = math.dist(place, goal)
+    cos, sin = ((goal[0] - place[0]) / far, (goal[1] - place[1]) / far) if far else (1.0, 0.0)
+    units = _UNITS * cos + _UNITS[:, ::-1] * (-sin, sin)
+    distances = np.minimum(DISTANCES, max(far, DISTANCES[0]))
     points = here + units[:, None, :] * distances[None, :, None]
     spare = _spare(points, distances, hunters, speed, reach)
     spare[harmless(points)] = LEVEL
     spare[~inside(points)] = -LEVEL
     # A way is as safe as its least safe point so far.
     level = np.minimum.accumulate(spare, axis=1)
-    progress = math.dist(place, goal) - np.hypot(*np.moveaxis(points - there, -1, 0))
+    progress = far - hypot(*np.moveaxis(points - there, -1, 0))
     good = level >= margin
     if good[:, 0].any():
         value = np.where(good, progress + SAFER * level, -np.inf).max(axis=1)
-        turns = np.abs(np.remainder(angles - straight + math.pi, math.tau) - math.pi)
-        best = int(np.argmax(value - TURNED * turns))
+        best = int(np.argmax(np.rint((value - TURNED * np.abs(_TURNS)) * _EVEN)))
         return BestDirection((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
-    best = int(np.argmax(level[:, 1] + NEARER * progress[:, 1]))
+    best = int(np.argmax(np.rint((level[:, 1] + NEARER * progress[:, 1]) * _EVEN)))
     return BestDirection((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
 
 

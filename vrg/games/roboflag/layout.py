@@ -11,6 +11,7 @@ from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
 from vrg.games.roboflag import FLAG_ZONE, HALF, HOME, RED, TEAMS, other
 from vrg.games.roboflag.settings import Settings
+from vrg.portable.scalars import total
 from vrg.regions import Circle, Rectangle, Sector, touch
 from vrg.types import Vector
 
@@ -109,7 +110,7 @@ def _distances(settings: Settings, layout: FieldLayout, contestants: Sequence[Co
     """The problems with the distances of the rules."""
     found = []
     longest = {team: max((max(c.size) for c in contestants if c.role == team), default=0.0) for team in TEAMS}
-    touching = sum(longest.values()) / 2
+    touching = total(longest.values()) / 2
     if layout.tag_distance < touching:
         found.append(
             f"two robots touch when their centres are {touching:.2f} m apart, so no player could come within the tag "

@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 from vrg.games.roboflag.situation import Known, Situation
+from vrg.geometry import ahead
+from vrg.portable.scalars import asin, atan2, total
 from vrg.types import Vector
 
 LOYALTY = 0.8
@@ -47,20 +49,17 @@ def posts(s: Situation, guards: Sequence[Known]) -> dict[str, Vector]:
 
     def bearing(place: Vector) -> float:
         """The direction from the flag to a place, rad, relative to the direction of the opponents' half."""
-        return math.remainder(math.atan2(place[1] - flag[1], place[0] - flag[0]) - front, math.tau)
+        return math.remainder(atan2(place[1] - flag[1], place[0] - flag[0]) - front, math.tau)
 
     facing = sorted(s.hunters, key=lambda known: (math.dist(known.place, flag), known.name))[: len(guards)]
     bearings = [bearing(known.place) for known in facing]
     free = len(guards) - len(bearings)
     bearings += [ALL_ROUND * (i - (free - 1) / 2) for i in range(free)]
     half = max((guard.radius for guard in guards), default=0.0) + POST_CLEARANCE / 2
-    apart = min(2.0 * math.asin(min(1.0, half / radius)), math.tau / 8)
+    apart = min(2.0 * asin(min(1.0, half / radius)), math.tau / 8)
     spread = _spread(sorted(bearings), apart)
     order = sorted(guards, key=lambda guard: (bearing(guard.place), guard.name))
-    return {
-        guard.name: (flag[0] + radius * math.cos(front + angle), flag[1] + radius * math.sin(front + angle))
-        for guard, angle in zip(order, spread, strict=True)
-    }
+    return {guard.name: ahead(*flag, front + angle, radius) for guard, angle in zip(order, spread, strict=True)}
 
 
 def shields(s: Situation, escorts: Sequence[Known], carrier: Known) -> dict[str, tuple[Vector, str]]:
@@ -101,6 +100,6 @@ def _spread(bearings: list[float], apart: float) -> list[float]:
     pushed = [opened[0]]
     for angle in opened[1:]:
         pushed.append(max(angle, pushed[-1] + apart))
-    shift = (sum(pushed) - sum(opened)) / len(pushed)
+    shift = (total(pushed) - total(opened)) / len(pushed)
     moved = [angle - shift for angle in pushed]
     return [*moved[-first:], *moved[:-first]] if first else moved

@@ -9,6 +9,7 @@ from msgspec import Struct
 from vrg.geometry import along_arc, wrap
 from vrg.hal.can.plausibility import SLUGGISH, MotorLimits, was_restarted
 from vrg.hal.models import RobotModel
+from vrg.portable.scalars import total
 from vrg.types import Pose, Twist
 
 TURN = math.tau
@@ -133,7 +134,7 @@ class DriveBase:
 
     def _means(self, of_nodes: Mapping[int, float]) -> tuple[float, ...]:
         """The mean of each axis's motors; 0 for one without any."""
-        return tuple(sum(of_nodes[a.node] for a in own) / len(own) if own else 0.0 for own in self._by_axis)
+        return tuple(total(of_nodes[a.node] for a in own) / len(own) if own else 0.0 for own in self._by_axis)
 
 
 def _bounds(axis: WheelAxis, model: RobotModel) -> MotorLimits:

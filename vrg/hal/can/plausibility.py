@@ -13,6 +13,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from vrg.hal.can.judges.silence import DROPOUT
+from vrg.portable.scalars import exp
 
 FOLLOWING_TIMEOUT = 0.4
 """s for which a motor may not do what it was asked."""
@@ -243,7 +244,7 @@ class Plausibility:
             return None
         # Between two estimates the speed may have been either; a way by it cannot be known better than that.
         expected = (velocity + self._velocity) / 2 * dt
-        fade = math.exp(-max(dt / _WAY_FADE, abs(expected) / (_WAY_MEMORY * self.bounds.speed)))
+        fade = exp(-max(dt / _WAY_FADE, abs(expected) / (_WAY_MEMORY * self.bounds.speed)))
         self._off = fade * self._off + way - expected
         self._doubt = fade * self._doubt + abs(velocity - self._velocity) / 2 * dt + _WAY_SHARE * abs(expected)
         if abs(self._off) <= self.bounds.slip + self._doubt:

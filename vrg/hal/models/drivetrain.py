@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
+from vrg.portable.scalars import cos_sin, total
 from vrg.types import Twist
 
 Rates = tuple[float, float, float]
@@ -65,11 +66,11 @@ class Drivetrain:
         # Least squares, as there may be more axes than the body has ways to move. Those of skid steer come out exact.
         columns = list(zip(*self.rates, strict=True))
         moves = [n for n in range(3) if any(columns[n])]
-        square = [[sum(p * q for p, q in zip(columns[a], columns[b], strict=True)) for b in moves] for a in moves]
+        square = [[total(p * q for p, q in zip(columns[a], columns[b], strict=True)) for b in moves] for a in moves]
         solved = dict(zip(moves, _inverse(square), strict=True))
         return tuple(
             tuple(
-                sum(share * rate[n] for share, n in zip(solved[row], moves, strict=True)) if row in solved else 0.0
+                total(share * rate[n] for share, n in zip(solved[row], moves, strict=True)) if row in solved else 0.0
                 for rate in self.rates
             )
             for row in range(3)
@@ -86,7 +87,7 @@ class Drivetrain:
 
         For other drivetrains it is the track of a unicycle whose wheels turn as fast as these do on average.
         """
-        return 2 * self.wheel_radius * sum(abs(turn) for _, turn, _ in self.rates) / len(self.rates)
+        return 2 * self.wheel_radius * total(abs(turn) for _, turn, _ in self.rates) / len(self.rates)
 
     def with_track(self, effective_track: float) -> Self:
         """Return the same drivetrain with another effective track, such as a measured one."""
@@ -103,7 +104,7 @@ class Drivetrain:
 
         For angles in rad it is the way in m and the turn in rad.
         """
-        v, w, side = (sum(share * speed for share, speed in zip(row, speeds, strict=True)) for row in self.motions)
+        v, w, side = (total(share * speed for share, speed in zip(row, speeds, strict=True)) for row in self.motions)
         return Twist(v, w, side)
 
     def limited(self, twist: Twist, v_max: float) -> Twist:
@@ -134,14 +135,11 @@ class Drivetrain:
 
     def _rates(self, axis: int) -> Rates:
         """The mean of what the wheels of an axis must turn for each unit of the twist."""
-        found = [
-            (math.cos(w.heading), w.x * math.sin(w.heading) - w.y * math.cos(w.heading), math.sin(w.heading))
-            for w in self.wheels
-            if w.axis == axis
-        ]
+        own = [(w, *cos_sin(w.heading)) for w in self.wheels if w.axis == axis]
+        found = [(cos, w.x * sin - w.y * cos, sin) for w, cos, sin in own]
         if not found:
             raise ValueError(f"expected a wheel of each axis, found none of {self.axes[axis]!r}")
-        means = (sum(column) / len(found) for column in zip(*found, strict=True))
+        means = (total(column) / len(found) for column in zip(*found, strict=True))
         # What is nearly 0 is 0: the body cannot move so.
         ahead, turn, across = (round(mean, 12) / self.wheel_radius for mean in means)
         return ahead, turn, across

@@ -3,11 +3,11 @@
 A spec makes one from each message of its sensor, so a painter needs to know no kind of sensor.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from vrg.geometry import ahead
 from vrg.types import Pose, Vector
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Cones:
         """The apex of a cone, and `points` points of the arc at its distance, in the robot's frame, m."""
         place, distance = self.places[number], self.ranges[number]
         bearings = [place.theta + self.angle * (k / (points - 1) - 0.5) for k in range(points)]
-        arc = [(place.x + distance * math.cos(b), place.y + distance * math.sin(b)) for b in bearings]
+        arc = [ahead(place.x, place.y, bearing, distance) for bearing in bearings]
         return [(place.x, place.y), *arc]
 
 

@@ -9,6 +9,7 @@ from msgspec import Meta
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.depiction import Place
 from vrg.hal.sensors.spec import Rate, SensorSpec
+from vrg.portable.scalars import cos_sin
 from vrg.types import Count, Deviation, Metres, Vector
 
 SATELLITES_FOR_A_FIX: Final = 4
@@ -93,5 +94,6 @@ def from_wgs84(latitude: float, longitude: float, origin: tuple[float, float]) -
 
 def _metres_per_radian(latitude: float) -> tuple[float, float]:
     """The length of a radian of longitude and of one of latitude, m."""
-    root = math.sqrt(1 - _ECCENTRICITY_SQUARED * math.sin(latitude) ** 2)
-    return _AXIS / root * math.cos(latitude), _AXIS * (1 - _ECCENTRICITY_SQUARED) / root**3
+    cos, sin = cos_sin(latitude)
+    root = math.sqrt(1 - _ECCENTRICITY_SQUARED * sin * sin)
+    return _AXIS / root * cos, _AXIS * (1 - _ECCENTRICITY_SQUARED) / (root * root * root)

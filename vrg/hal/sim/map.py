@@ -32,6 +32,7 @@ from vrg.errors import ConfigError, FileError
 from vrg.files import read_text
 from vrg.hal.sim.maps import MAPS
 from vrg.hal.sim.shapes import Box, box_corners, box_edges, boxes_touch, circle_touches
+from vrg.portable.scalars import atan2
 from vrg.regions import Circle, Polygon, Region
 from vrg.tables import RegionSetting, Table, located, parsed, problems_of
 from vrg.types import Pose
@@ -101,7 +102,7 @@ class _WallEntry(Table):
         found = []
         for (x0, y0), (x1, y1) in zip(self.points, self.points[1:], strict=False):
             length = math.hypot(x1 - x0, y1 - y0) + self.thickness
-            heading = math.atan2(y1 - y0, x1 - x0)
+            heading = atan2(y1 - y0, x1 - x0)
             found.append(Box((x0 + x1) / 2, (y0 + y1) / 2, heading, length, self.thickness))
         return found
 

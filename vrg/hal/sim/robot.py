@@ -15,6 +15,7 @@ from vrg.geometry import along_arc
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import RobotModel
 from vrg.hal.permission import Permission
+from vrg.portable.scalars import total
 from vrg.types import STILL, Pose, Twist, Uncertainty
 
 EXTRAPOLATE = 0.2
@@ -230,7 +231,7 @@ class Batteries:
         self._idle = np.array([m.idle_w for m in models])
         self._drag = np.array([m.mass * GRAVITY * m.rolling / m.drive_efficiency for m in models])
         self._inertia = np.array([m.mass / 2 / m.drive_efficiency for m in models])
-        self._per_rad = np.array([1 / sum(abs(ahead) for ahead, _, _ in m.drivetrain.rates) for m in models])
+        self._per_rad = np.array([1 / total(abs(ahead) for ahead, _, _ in m.drivetrain.rates) for m in models])
         self._angles, self._squared = angles.copy(), _squared_speed(velocities)
         self.draw(0.0, angles, velocities)
 
@@ -249,5 +250,5 @@ class Batteries:
 
 
 def _squared_speed(velocities: Floats) -> Floats:
-    squared: Floats = velocities[:, 0] ** 2 + velocities[:, 2] ** 2
+    squared: Floats = velocities[:, 0] * velocities[:, 0] + velocities[:, 2] * velocities[:, 2]
     return squared

@@ -7,6 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.geometry import corners, separation
+from vrg.portable.arrays import cos_sin_array
+from vrg.portable.scalars import cos_sin
 from vrg.regions import Circle
 from vrg.types import Pose, Vector
 
@@ -47,7 +49,7 @@ Outline = tuple[float, float, float, float, float, float]
 
 def outline(box: Box) -> Outline:
     """The outline of a box."""
-    return box.x, box.y, math.cos(box.heading), math.sin(box.heading), box.length / 2, box.width / 2
+    return box.x, box.y, *cos_sin(box.heading), box.length / 2, box.width / 2
 
 
 def apart(first: Outline, second: Outline, distance: float) -> bool:
@@ -73,7 +75,7 @@ def box_edges(boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     Returns:
         shape (4 n, 4): x0 y0 x1 y1 in m, counter-clockwise around each box.
     """
-    cos, sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
+    cos, sin = cos_sin_array(boxes[:, 2])
     ax, ay = cos * boxes[:, 3] / 2, sin * boxes[:, 3] / 2
     bx, by = -sin * boxes[:, 4] / 2, cos * boxes[:, 4] / 2
     along, across = _CORNERS[:, 0], _CORNERS[:, 1]
@@ -108,7 +110,7 @@ def box_gap(a: Box, b: Box) -> Gap:
 
 def circle_gap(box: Box, circle: Circle) -> Gap:
     """The gap between a box and a circle."""
-    c, s = math.cos(box.heading), math.sin(box.heading)
+    c, s = cos_sin(box.heading)
     dx, dy = circle.x - box.x, circle.y - box.y
     u, v = dx * c + dy * s, -dx * s + dy * c
     hl, hw = box.length / 2, box.width / 2
@@ -144,7 +146,7 @@ def body_box(pose: Pose, length: float, width: float) -> Box:
 
 def _support(box: Box, ux: float, uy: float) -> tuple[float, float]:
     """The corner that is farthest in a direction; the middle of the side where two are about equally far."""
-    c, s = math.cos(box.heading), math.sin(box.heading)
+    c, s = cos_sin(box.heading)
     along, across = ux * c + uy * s, -ux * s + uy * c
     u = math.copysign(box.length / 2, along) if abs(along) > 0.02 else 0.0
     v = math.copysign(box.width / 2, across) if abs(across) > 0.02 else 0.0
@@ -152,6 +154,6 @@ def _support(box: Box, ux: float, uy: float) -> tuple[float, float]:
 
 
 def _inside(box: Box, x: float, y: float, margin: float) -> bool:
-    c, s = math.cos(box.heading), math.sin(box.heading)
+    c, s = cos_sin(box.heading)
     dx, dy = x - box.x, y - box.y
     return abs(dx * c + dy * s) <= box.length / 2 + margin and abs(-dx * s + dy * c) <= box.width / 2 + margin

@@ -12,6 +12,7 @@ from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.models.drivetrain import Drivetrain
+from vrg.portable.scalars import total
 
 if TYPE_CHECKING:
     from vrg.hal.can.settings import CanSettings
@@ -97,6 +98,6 @@ class Emulation:
             rates=tuple(
                 (ahead * scale, turn * scale, side * scale)
                 for (ahead, turn, side), own in rates
-                for scale in [sum(own) / len(own) / wiring.ratio]
+                for scale in [total(own) / len(own) / wiring.ratio]
             ),
         )

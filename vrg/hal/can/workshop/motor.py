@@ -4,6 +4,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from vrg.portable.scalars import exp
+
 _STEP = 0.002
 """The longest step of integration, s."""
 _LONGEST = 1.0
@@ -70,7 +72,7 @@ class Motor:
         if self.stuck:
             self.position += self.velocity * dt
             return
-        decay = math.exp(-dt / self.model.braking)
+        decay = exp(-dt / self.model.braking)
         self.position += self.velocity * self.model.braking * (1 - decay)
         self.velocity *= decay
 

@@ -16,6 +16,8 @@ import numpy.typing as npt
 from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
+from vrg.portable.arrays import cos_sin_array, hypot
+from vrg.portable.scalars import atan2, cos_sin
 from vrg.regions import Circle
 from vrg.types import Twist
 
@@ -50,7 +52,7 @@ class PlanarEngine(Engine):
         """The data of the walls and obstacles that are boxes, which come first in `_statics`."""
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
         self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
-        self._box_cos, self._box_sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
+        self._box_cos, self._box_sin = cos_sin_array(boxes[:, 2])
         self._motions: Floats = np.zeros((self.speeds.shape[1], len(robots), 3))
         """The effect of each axis (first index) of each robot on its v, its w and its speed to the left."""
         for row, model in enumerate(self.models):
@@ -81,7 +83,7 @@ class PlanarEngine(Engine):
         before = poses.copy()
         (way, turned, aside), (x, y, heading) = (velocities * dt).T, poses.T
         middle = heading + turned * 0.5
-        cos, sin = np.cos(middle), np.sin(middle)
+        cos, sin = cos_sin_array(middle)
         x += way * cos
         y += way * sin
         far = np.abs(way) + np.abs(turned) * self._reach
@@ -190,7 +192,7 @@ class PlanarEngine(Engine):
         The budgets of the others are lowered where they exceed half the gap to one of these.
         """
         x, y, reach = self.poses[:, 0], self.poses[:, 1], self._reach
-        gaps = np.hypot(x - x[rows, np.newaxis], y - y[rows, np.newaxis])
+        gaps = hypot(x - x[rows, np.newaxis], y - y[rows, np.newaxis])
         gaps -= reach + reach[rows, np.newaxis]
         gaps[np.arange(len(rows)), rows] = math.inf
         if self._any_kinematic:
@@ -209,7 +211,7 @@ class PlanarEngine(Engine):
         lines: dict[int, Outline] = {}
         for row, (x, y, heading) in zip(rows, self.poses[rows].tolist(), strict=True):
             model = self.models[row]
-            lines[row] = x, y, math.cos(heading), math.sin(heading), model.length / 2, model.width / 2
+            lines[row] = x, y, *cos_sin(heading), model.length / 2, model.width / 2
         boxes = len(self._outlines)
         return [
             (row, static)
@@ -226,9 +228,9 @@ class PlanarEngine(Engine):
         dx, dy = x - self._box_at[:, 0], y - self._box_at[:, 1]
         u = np.abs(dx * self._box_cos + dy * self._box_sin) - self._box_half[:, 0]
         v = np.abs(dy * self._box_cos - dx * self._box_sin) - self._box_half[:, 1]
-        boxes = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
+        boxes = hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
         discs = self.map.discs
-        return np.concatenate((boxes, np.hypot(x - discs[:, 0], y - discs[:, 1]) - discs[:, 2]), axis=1)
+        return np.concatenate((boxes, hypot(x - discs[:, 0], y - discs[:, 1]) - discs[:, 2]), axis=1)
 
     def _push_apart(self, walls: Pairs, pairs: Pairs) -> tuple[set[int], bool]:
         """Move overlapping bodies out of each other along the shortest way.
@@ -295,7 +297,7 @@ class PlanarEngine(Engine):
         if self._braking[row]:
             return grip
         (x, y, theta), (v, w, aside) = self.poses[row].tolist(), self.velocities[row].tolist()
-        cos, sin = math.cos(theta), math.sin(theta)
+        cos, sin = cos_sin(theta)
         vx, vy = v * cos - aside * sin - w * (gap.y - y), v * sin + aside * cos + w * (gap.x - x)
         return grip * DRIVE if side * (vx * gap.nx + vy * gap.ny) < -SLACK else grip
 
@@ -317,7 +319,7 @@ class PlanarEngine(Engine):
         """Set a robot's velocity to what is left of it after a push, and its wheel speeds to match."""
         x, y, heading = (self.poses[row] - before[row]).tolist()
         theta = float(self.poses[row, 2])
-        cos, sin = math.cos(theta), math.sin(theta)
+        cos, sin = cos_sin(theta)
         ahead, _, aside = self.velocities[row].tolist()
         v, side = slowed((x * cos + y * sin) / dt, ahead), slowed((y * cos - x * sin) / dt, aside)
         self.velocities[row] = v, heading / dt, side
@@ -327,7 +329,7 @@ class PlanarEngine(Engine):
     def _note(self, gap: Gap, row: int, other: int) -> None:
         if gap.distance < CONTACT:
             x, y, theta = self.poses[row].tolist()
-            bearing = math.atan2(gap.y - y, gap.x - x) - theta
+            bearing = atan2(gap.y - y, gap.x - x) - theta
             self._contacts.add((row, other, bumper_bit(self.models[row], bearing)))
 
     def _gap(self, row: int, static: int) -> Gap:

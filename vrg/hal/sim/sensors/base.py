@@ -17,6 +17,7 @@ from vrg.bus.messages import SensorMessage
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.map import Map
+from vrg.portable.arrays import normals
 
 Floats = npt.NDArray[np.float64]
 
@@ -53,7 +54,7 @@ class Noise:
         if (seed, block) != self._block:
             self._block = seed, block
             shape = (_BLOCK, self._columns)
-            draws = [generator(seed, n, self._sensor, block).standard_normal(shape) for n in self._names]
+            draws = [normals(generator(seed, n, self._sensor, block), shape) for n in self._names]
             self._drawn = np.stack(draws, axis=1)
         drawn: Floats = self._drawn[index]
         return drawn

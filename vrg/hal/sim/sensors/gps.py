@@ -11,6 +11,8 @@ from vrg.hal.sensors.gps import SATELLITES_FOR_A_FIX, Gps, GpsSpec, to_wgs84
 from vrg.hal.sim.map import WALL_HEIGHT
 from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
 from vrg.hal.sim.sensors.rays import Edges, nearest_in_cones
+from vrg.portable.arrays import cos_sin_array, hypot, normals
+from vrg.portable.scalars import asin
 
 SATELLITES = 11
 """The number of satellites above the horizon. They do not move within a match."""
@@ -28,7 +30,7 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
         rng = generator(surroundings.seed, "sky", "gps")
         self._azimuths = rng.uniform(-math.pi, math.pi, SATELLITES)
         # Uniform on the half sphere.
-        self._elevations = np.arcsin(rng.uniform(0.0, 1.0, SATELLITES))
+        self._elevations = np.array([asin(height) for height in rng.uniform(0.0, 1.0, SATELLITES).tolist()])
         self._edges = Edges(surroundings.map_.edges)
 
     def sense(self, now: Instant) -> list[Measured]:
@@ -59,7 +61,8 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
             places: of the receivers: shape (receivers, 2), m.
         """
         high = self._elevations > mask
-        azimuths, slopes = self._azimuths[high], np.tan(self._elevations[high])
+        cos, sin = cos_sin_array(self._elevations[high])
+        azimuths, slopes = self._azimuths[high], sin / cos
         wall = WALL_HEIGHT - height
         # A wall that is farther away than this hides no satellite, not even the lowest.
         far = min(_FAR, 1.01 * float(np.max(wall / slopes, initial=0.0)))
@@ -79,10 +82,10 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
         x, y = places[:, :1], places[:, 1:]
         edges, discs = self._edges, self.surroundings.map_.discs
         x0, y0, x1, y1 = edges.ends
-        beside = np.abs(places @ edges.normals - edges.offsets) < far
-        reach = np.hypot(x1 - x0, y1 - y0) / 2 + far
-        near = (x - (x0 + x1) / 2) ** 2 + (y - (y0 + y1) / 2) ** 2 < reach**2
-        round_ = (x - discs[:, 0]) ** 2 + (y - discs[:, 1]) ** 2 < (discs[:, 2] + far) ** 2
+        beside = np.abs(x * edges.normals[0] + y * edges.normals[1] - edges.offsets) < far
+        reach = hypot(x1 - x0, y1 - y0) / 2 + far
+        near = hypot(x - (x0 + x1) / 2, y - (y0 + y1) / 2) < reach
+        round_ = hypot(x - discs[:, 0], y - discs[:, 1]) < discs[:, 2] + far
         found: npt.NDArray[np.bool_] = (beside & near).any(axis=1) | round_.any(axis=1)
         return found
 
@@ -107,5 +110,5 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
 def _white(seed: int, robot: str, name: str, block: int, window: int) -> Floats:
     """The white noise of a block of readings: shape (window, 2). Each block is needed for two windows' readings."""
     # Readings before the first tick have numbers, too; a seed has no sign.
-    drawn: Floats = generator(seed, robot, f"gps {name}", block + 1).standard_normal((window, 2))
+    drawn: Floats = normals(generator(seed, robot, f"gps {name}", block + 1), (window, 2))
     return drawn

@@ -9,6 +9,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
 from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast_all
+from vrg.portable.arrays import cos_sin_array, normals
 
 Floats32 = npt.NDArray[np.float32]
 _BLOCK = 64
@@ -68,8 +69,9 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         spec = specs[0]
         sensors = poses.copy()
         ahead = np.array([own.x for own in specs])
-        sensors[:, 0] += ahead * np.cos(poses[:, 2])
-        sensors[:, 1] += ahead * np.sin(poses[:, 2])
+        cos, sin = cos_sin_array(poses[:, 2])
+        sensors[:, 0] += ahead * cos
+        sensors[:, 1] += ahead * sin
         fan = Fan.of(spec.beams, spec.fov)
         ranges = cast_all(sensors, fan, spec.range_max, self._edges, self._discs)
         if self.surroundings.noise:
@@ -88,6 +90,6 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         held, drawn_from = self._blocks.get((robot, spec.name)), (self.surroundings.seed, block)
         if held is None or held[0] != drawn_from:
             rng = generator(self.surroundings.seed, robot, f"laser {spec.name}", block)
-            held = self._blocks[robot, spec.name] = (drawn_from, rng.standard_normal((_BLOCK, spec.beams)) * spec.noise)
+            held = self._blocks[robot, spec.name] = (drawn_from, normals(rng, (_BLOCK, spec.beams)) * spec.noise)
         drawn: Floats = held[1][index]
         return drawn

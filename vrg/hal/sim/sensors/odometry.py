@@ -24,6 +24,7 @@ from vrg.hal.sim.sensors.base import (
     Surroundings,
     generator,
 )
+from vrg.portable.arrays import cos_sin_array, normals
 from vrg.types import Pose, Twist
 
 _FINE = 1_000_000
@@ -67,7 +68,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             own = slice(start, start + _axes(m))
             if surroundings.noise:
                 rng = generator(surroundings.seed, m.robot, f"scale of odometry {m.spec.name}")
-                scale[own] += m.spec.scale_noise * rng.standard_normal(_axes(m))
+                scale[own] += m.spec.scale_noise * normals(rng, _axes(m))
             self._motions[own] = np.transpose(m.model.drivetrain.motions)
         self._turned = scale / self._per_rad
         """The angle of one count, rad, with the calibration error of the axis."""
@@ -111,7 +112,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         x, y, heading = path[1:, :, 0], path[1:, :, 1], path[1:, :, 2]
         heading[:] = turn
         middle = path[:, :, 2].cumsum(axis=0)[:-1] + turn * 0.5
-        cos, sin = np.cos(middle), np.sin(middle)
+        cos, sin = cos_sin_array(middle)
         x[:] = ahead * cos - aside * sin
         y[:] = ahead * sin + aside * cos
         self.poses = path.cumsum(axis=0)[-1]

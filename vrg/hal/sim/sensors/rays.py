@@ -20,6 +20,8 @@ import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.shapes import box_edges
+from vrg.portable.arrays import cos_sin_array, hypot, turn_order
+from vrg.portable.scalars import asin, atan2, cos_sin, tan
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,7 +41,7 @@ class Edges:
         self.ends: Floats = np.ascontiguousarray(segments.T)
         """The two ends of each edge: shape (4, n), x0 y0 x1 y1 in m."""
         dx, dy = self.ends[2] - self.ends[0], self.ends[3] - self.ends[1]
-        length = np.hypot(dx, dy)
+        length = hypot(dx, dy)
         self.normals: Floats = np.array((dy / length, -dx / length))
         """The outward unit normal of each edge: shape (2, n)."""
         self.offsets: Floats = self.normals[0] * self.ends[0] + self.normals[1] * self.ends[1]
@@ -75,6 +77,7 @@ class Fan:
         count: the number of beams.
         angles: the beams' angles, derived from the above: shape (count,), rad.
         directions: the cosines and sines of the angles: shape (2, count).
+        order: the directions as numbers that rise with them; see `turn_order`.
     """
 
     first: float
@@ -82,11 +85,13 @@ class Fan:
     count: int
     angles: Floats = field(init=False, repr=False, compare=False)
     directions: Floats = field(init=False, repr=False, compare=False)
+    order: Floats = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        angles = self.first + self.step * np.arange(self.count)
+        angles = self.first + self.step * np.arange(self.count, dtype=np.float64)
         object.__setattr__(self, "angles", angles)
-        object.__setattr__(self, "directions", np.array((np.cos(angles), np.sin(angles))))
+        object.__setattr__(self, "directions", np.array(cos_sin_array(angles)))
+        object.__setattr__(self, "order", turn_order(*self.directions))
 
     @staticmethod
     @cache
@@ -120,21 +125,24 @@ def cast_all(sensors: Floats, fan: Fan, range_max: float, edges: Edges, discs: F
     """
     # Beams are compared by 1 / range. It is linear in a beam's direction, so the pairs need no divisions.
     inverse = np.full(len(sensors) * fan.count, 1.0 / range_max)
-    height = sensors[:, :2] @ edges.normals
+    height = sensors[:, :1] * edges.normals[0] + sensors[:, 1:2] * edges.normals[1]
     height -= edges.offsets
+    turns = np.array(cos_sin_array(sensors[:, 2]))
     looks, seen = ((height > _EPS) & (height < range_max)).nonzero()
     if len(seen):
-        _cast_edges(inverse, sensors.take(looks, axis=0).T, looks, fan, edges, seen, height[looks, seen])
+        poses = sensors[looks, :2].T, turns[:, looks]
+        _cast_edges(inverse, *poses, looks, fan, edges, seen, height[looks, seen])
     ranges: Floats = np.reciprocal(inverse, out=inverse).reshape(len(sensors), fan.count)
     if len(discs):
-        for (x, y, heading), own in zip(sensors.tolist(), ranges, strict=True):
-            _cast_discs(own, x, y, math.cos(heading), math.sin(heading), fan, discs)
+        for (x, y, _), (c, s), own in zip(sensors.tolist(), turns.T.tolist(), ranges, strict=True):
+            _cast_discs(own, x, y, c, s, fan, discs)
     return ranges
 
 
 def _cast_edges(
     inverse: Floats,
-    poses: Floats,
+    places: Floats,
+    turns: Floats,
     looks: npt.NDArray[np.intp],
     fan: Fan,
     edges: Edges,
@@ -144,31 +152,29 @@ def _cast_edges(
     """Raise `inverse` where a seen edge is nearer.
 
     Args:
-        poses: the pose of the sensor that sees it, for each seen edge: shape (3, pairs). looks: that sensor's number.
+        places: the place of the sensor that sees it, for each seen edge: shape (2, pairs), m. turns: the cosine and the
+            sine of its heading: shape (2, pairs). looks: its number.
         seen: the numbers of the edges. height: the distance of the sensor from the line of the edge, m. Shape (pairs,).
     """
-    c, s = np.cos(poses[2]), np.sin(poses[2])
+    c, s = turns
     ends = edges.ends.take(seen, axis=1)
-    ends[:2] -= poses[:2]
-    ends[2:] -= poses[:2]
+    ends[:2] -= places
+    ends[2:] -= places
     slope_x, slope_y = edges.normals.take(seen, axis=1) / -height
     slopes = np.array((c * slope_x + s * slope_y, c * slope_y - s * slope_x))
     # An outline is counter-clockwise, so from outside an edge runs from its greater bearing to its smaller one.
-    high = np.arctan2(c * ends[1] - s * ends[0], c * ends[0] + s * ends[1])
-    low = np.arctan2(c * ends[3] - s * ends[2], c * ends[2] + s * ends[3])
+    high = turn_order(c * ends[0] + s * ends[1], c * ends[1] - s * ends[0])
+    low = turn_order(c * ends[2] + s * ends[3], c * ends[3] - s * ends[2])
     behind = (high < low).nonzero()[0]
     if len(behind):  # these edges cross the line straight behind, where bearings jump, so each has two runs
         slopes = np.concatenate((slopes, slopes[:, behind]), axis=1)
         looks = np.concatenate((looks, looks[behind]))
-        low = np.concatenate((low, np.full(len(behind), -math.pi)))
+        low = np.concatenate((low, np.full(len(behind), -2.0)))
         high = np.concatenate((high, high[behind]))
-        high[behind] = math.pi
-    first = np.ceil((low - fan.first) / fan.step - _EPS).astype(np.intp)
-    last = np.floor((high - fan.first) / fan.step + _EPS).astype(np.intp)
-    np.maximum(first, 0, out=first)
-    np.minimum(last, fan.count - 1, out=last)
-    counts = last - first
-    counts += 1
+        high[behind] = 2.0
+    first = fan.order.searchsorted(low - _EPS)
+    counts = fan.order.searchsorted(high + _EPS, side="right")
+    counts -= first
     np.maximum(counts, 0, out=counts)
     stops = counts.cumsum()
     beams = np.arange(stops[-1])
@@ -185,10 +191,10 @@ def _cast_discs(ranges: Floats, x: float, y: float, c: float, s: float, fan: Fan
     for cx, cy, radius in discs.tolist():
         dx, dy = cx - x, cy - y
         square = dx * dx + dy * dy
-        if square > (range_max + radius) ** 2 or square <= radius * radius:
+        if square > (range_max + radius) * (range_max + radius) or square <= radius * radius:
             continue
         u, v = dx * c + dy * s, dy * c - dx * s
-        bearing, half = math.atan2(v, u), math.asin(radius / math.sqrt(square))
+        bearing, half = atan2(v, u), asin(radius / math.sqrt(square))
         for turn in (0.0, 2 * math.pi, -2 * math.pi):
             first = max(0, math.ceil((bearing - half + turn - fan.first) / fan.step))
             last = min(fan.count - 1, math.floor((bearing + half + turn - fan.first) / fan.step))
@@ -220,11 +226,11 @@ def nearest_in_cones(poses: Floats, cone: float, range_max: float, edges: Edges,
     x, y = poses[:, 0, None], poses[:, 1, None]
     height = edges.normals[0] * x + edges.normals[1] * y - edges.offsets
     middle = (edges.ends[:2] + edges.ends[2:]) / 2
-    reach = range_max + np.hypot(edges.ends[2] - edges.ends[0], edges.ends[3] - edges.ends[1]) / 2
-    near = (middle[0] - x) ** 2 + (middle[1] - y) ** 2 < reach**2
+    reach = range_max + hypot(edges.ends[2] - edges.ends[0], edges.ends[3] - edges.ends[1]) / 2
+    near = hypot(middle[0] - x, middle[1] - y) < reach
     cones, seen = (near & (height > _EPS) & (height < range_max)).nonzero()
     if len(seen):
-        away = _edges(poses.take(cones, axis=0), math.tan(cone / 2), edges.ends.take(seen, axis=1))
+        away = _edges(poses.take(cones, axis=0), tan(cone / 2), edges.ends.take(seen, axis=1))
         np.minimum.at(nearest, cones, away)
     if len(discs):
         np.minimum(nearest, _discs(poses, cone / 2, discs).min(axis=1), out=nearest)
@@ -238,7 +244,7 @@ def _edges(poses: Floats, slope: float, ends: Floats) -> Floats:
         poses: of the cones, shape (pairs, 3). slope: the tangent of half of the cone's angle.
         ends: of the edges, shape (4, pairs), x0 y0 x1 y1 in m.
     """
-    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    c, s = cos_sin_array(poses[:, 2])
     ax, ay = ends[0] - poses[:, 0], ends[1] - poses[:, 1]
     ax, ay = ax * c + ay * s, ay * c - ax * s
     bx, by = ends[2] - poses[:, 0], ends[3] - poses[:, 1]
@@ -246,7 +252,7 @@ def _edges(poses: Floats, slope: float, ends: Floats) -> Floats:
     dx, dy = bx - ax, by - ay
     foot = np.clip(-(ax * dx + ay * dy) / (dx * dx + dy * dy), 0.0, 1.0)
     px, py = ax + foot * dx, ay + foot * dy
-    found = np.where(np.abs(py) <= slope * px, np.hypot(px, py), np.inf)
+    found = np.where(np.abs(py) <= slope * px, hypot(px, py), np.inf)
     for border in (slope, -slope):
         # The border is y = border x, x > 0: where the edge crosses it, a + t d fulfils this equation.
         divisor = border * dx - dy
@@ -261,14 +267,15 @@ def _edges(poses: Floats, slope: float, ends: Floats) -> Floats:
 def _discs(poses: Floats, half: float, discs: Floats) -> Floats:
     """The distance to each disc within each cone, infinite where there is none: shape (cones, discs), m."""
     dx, dy = discs[:, 0] - poses[:, 0, None], discs[:, 1] - poses[:, 1, None]
-    away = np.hypot(dx, dy)
-    bearing = np.abs(np.remainder(np.arctan2(dy, dx) - poses[:, 2, None] + np.pi, 2 * np.pi) - np.pi)
-    found = np.where(bearing <= half, away - discs[:, 2], np.inf)
-    # Where the middle is outside of the cone, the nearest point in the cone is on the border that is nearer to it.
-    off = bearing - half
-    depth = discs[:, 2] ** 2 - (away * np.sin(off)) ** 2
-    touched = (bearing > half) & (off < np.pi / 2) & (depth >= 0.0)
-    border = away * np.cos(off) - np.sqrt(np.maximum(depth, 0.0))
-    found = np.where(touched, border, found)
+    away, (c, s) = hypot(dx, dy), cos_sin_array(poses[:, 2, None])
+    # In the frame of the border of the cone that is nearer to the middle of the disc.
+    (cos, sin), u, v = cos_sin(half), c * dx + s * dy, np.abs(c * dy - s * dx)
+    along, off = u * cos + v * sin, v * cos - u * sin
+    inner = (off <= 0.0) & (u > 0.0)
+    found = np.where(inner, away - discs[:, 2], np.inf)
+    # Where the middle is outside of the cone, the nearest point in the cone is on that border.
+    depth = discs[:, 2] * discs[:, 2] - off * off
+    touched = ~inner & (along > 0.0) & (depth >= 0.0)
+    found = np.where(touched, along - np.sqrt(np.maximum(depth, 0.0)), found)
     inside = away <= discs[:, 2]
     return np.where(inside, np.inf, found)

@@ -7,6 +7,8 @@ import numpy as np
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
 from vrg.hal.sim.sensors.rays import Edges, among_robots, nearest_in_cones
+from vrg.portable.arrays import normals
+from vrg.portable.scalars import cos_sin
 
 
 class SonarSimulation(SensorSimulation[SonarSpec]):
@@ -38,8 +40,8 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
     def _poses(self, m: Mounted[SonarSpec], now: Instant) -> Floats:
         """The poses of the transducers of a ring in the map's frame: shape (transducers, 3), m and rad."""
         places = self._places[m.robot, m.spec.name]
-        x, y, heading = now.poses[m.row]
-        c, s = np.cos(heading), np.sin(heading)
+        x, y, heading = now.poses[m.row].tolist()
+        c, s = cos_sin(heading)
         poses = np.empty_like(places)
         poses[:, 0] = x + c * places[:, 0] - s * places[:, 1]
         poses[:, 1] = y + s * places[:, 0] + c * places[:, 1]
@@ -52,7 +54,7 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         nothing = ranges >= spec.range_max - 1e-9
         if self.surroundings.noise:
             rng = generator(self.surroundings.seed, m.robot, f"sonar {spec.name}", tick)
-            ranges = ranges * (1.0 + spec.noise * rng.standard_normal(len(ranges)))
+            ranges = ranges * (1.0 + spec.noise * normals(rng, len(ranges)))
             ranges = np.rint(ranges / spec.resolution) * spec.resolution
         ranges = np.clip(ranges, spec.range_min, spec.range_max)
         ranges[nothing] = spec.range_max
