@@ -2,7 +2,7 @@
 
 import math
 
-from vrg.portable.scalars import cos_sin, sin
+from vrg.portable.scalars import cos_sin, hypot, sin
 from vrg.types import Pose, Twist, Uncertainty, Vector
 
 SIGMAS = 2.0
@@ -147,7 +147,7 @@ def _corners_to_body(points: list[Vector], pose: Pose, size: Vector) -> float:
         dx, dy = x - pose.x, y - pose.y
         outside_u = max(abs(c * dx + s * dy) - size[0] / 2, 0.0)
         outside_v = max(abs(c * dy - s * dx) - size[1] / 2, 0.0)
-        best = min(best, math.hypot(outside_u, outside_v))
+        best = min(best, hypot(outside_u, outside_v))
     return best
 
 

@@ -3,11 +3,12 @@
 IEEE 754 fixes the last bit of `+`, `-`, `*`, `/` and `sqrt`, and of what is exact anyway (`floor`, `fmod`, `ldexp`),
 but not of sines, powers and products of matrices: `math.sin` is the C library's, which gives other last bits where it
 may use fused multiply-add, and a product of matrices is that of a BLAS, which chooses its code by the processor. What
-takes part in a match uses this module instead. `math.hypot` and `math.dist` are Python's own code, and may be used.
+takes part in a match uses this module instead. `math.hypot` and `math.dist` are Python's own code, and may be used; but
+in a function that is also compiled they would be the C library's.
 
 The polynomials and the order of their operations are those of fdlibm 5.3 (Sun Microsystems, 1993: k_sin.c, k_cos.c,
-e_rem_pio2.c, s_atan.c, e_exp.c). A compiled function gives the same bits, as long as the compiler contracts no product
-and sum into one operation. `vrg.portable.arrays` has the same for arrays.
+e_rem_pio2.c, s_atan.c, e_exp.c, e_log.c). A compiled function gives the same bits, as long as the compiler contracts no
+product and sum into one operation. `vrg.portable.arrays` has the same for arrays.
 """
 
 import math
@@ -39,7 +40,9 @@ def cos_sin(angle: float) -> tuple[float, float]:
     if not abs(angle) <= FAR:
         if math.isnan(angle):
             return angle, angle
-        angle = math.fmod(angle, math.tau)
+        if math.isinf(angle):
+            raise ValueError("expected a finite angle")
+        angle = math.copysign(abs(angle) % math.tau, angle)
     quarters, cos, sin = within_a_quarter(angle)
     quarter = int(quarters) & 3
     if quarter == 0:
@@ -49,6 +52,11 @@ def cos_sin(angle: float) -> tuple[float, float]:
     if quarter == 2:
         return -cos, -sin
     return sin, -cos
+
+
+def hypot(x: float, y: float) -> float:
+    """The length of a vector, which is not so long that its square is no number."""
+    return math.sqrt(x * x + y * y)
 
 
 def square(value: float) -> float:
@@ -123,7 +131,7 @@ def atan2(y: float, x: float) -> float:
     if not (a < math.inf and b < math.inf):
         if math.isnan(a) or math.isnan(b):
             return math.nan
-        a, b = float(a == math.inf), float(b == math.inf)
+        a, b = 1.0 if a == math.inf else 0.0, 1.0 if b == math.inf else 0.0
     steep = a > b
     if steep:
         a, b = b, a
@@ -153,9 +161,9 @@ def atan2(y: float, x: float) -> float:
     even = w * (_A1 + w * (_A3 + w * (_A5 + w * (_A7 + w * _A9))))
     part = u - (u * (odd + even) - rest)
     if steep:
-        base, lower, part = *_less(_QUARTER_TURN, base, lower), -part
+        (base, lower), part = _less(_QUARTER_TURN, base, lower), -part
     if math.copysign(1.0, x) < 0.0:
-        base, lower, part = *_less(_HALF_TURN, base, lower), -part
+        (base, lower), part = _less(_HALF_TURN, base, lower), -part
     return math.copysign(base + (lower + part), y)
 
 
@@ -204,3 +212,27 @@ def exp(power: float) -> float:
     z = x * x
     c = x - z * (_P1 + z * (_P2 + z * (_P3 + z * (_P4 + z * _P5))))
     return math.ldexp(1.0 - ((low - (x * c) / (2.0 - c)) - high), int(doublings))
+
+
+_L1, _L2, _L3 = 6.666666666666735130e-01, 3.999999999940941908e-01, 2.857142874366239149e-01
+_L4, _L5, _L6 = 2.222219843214978396e-01, 1.818357216161805012e-01, 1.531383769920937332e-01
+_L7: Final = 1.479819860511658591e-01
+
+
+def log(value: float) -> float:
+    """The natural logarithm, to a unit in the last place.
+
+    Raises:
+        ValueError: the value is not a finite number above 0.
+    """
+    if not 0.0 < value < math.inf:
+        raise ValueError("expected a finite number above 0")
+    part, doublings = math.frexp(value)
+    if part < math.sqrt(0.5):
+        part, doublings = 2.0 * part, doublings - 1
+    f = part - 1.0
+    s, half = f / (2.0 + f), 0.5 * f * f
+    z = s * s
+    w = z * z
+    rest = w * (_L2 + w * (_L4 + w * _L6)) + z * (_L1 + w * (_L3 + w * (_L5 + w * _L7)))
+    return doublings * _LN2[0] - ((half - (s * (half + rest) + doublings * _LN2[1])) - f)

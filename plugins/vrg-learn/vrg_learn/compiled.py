@@ -53,6 +53,10 @@ _INSTEAD: Final[dict[int, Any]] = {
 """The machine code for objects that numba does not know, by their ids."""
 
 
+_OF_THE_C_LIBRARY: Final = {"sin", "cos", "tan", "atan2", "exp", "log", "hypot", "dist"}
+"""What numba takes from the C library, or computes otherwise than Python does."""
+
+
 def hole(*_: Any) -> Any:
     """Stands for a function that `compiled` fills in, such as the rules of a game."""
     raise NotImplementedError("expected a function that `compiled` has filled in")
@@ -84,6 +88,8 @@ def _compiled(function: Any, filled: _Filled, files: set[str], *, outermost: boo
     own_filled = {name: value for name, value in filled.items() if own.__globals__.get(name) is hole}
     names = {**own.__globals__, **own_filled}
     files.add(own.__code__.co_filename)
+    if HAS_NUMBA and (its := {name for name in own.__code__.co_names if name not in names} & _OF_THE_C_LIBRARY):
+        raise ValueError(f"{own.__qualname__} has other last bits as machine code: use {its} of vrg.portable.scalars")
     for name in own.__code__.co_names:
         value = names.get(name)
         if HAS_NUMBA and isinstance(value, type) and id(value) in _INSTEAD:

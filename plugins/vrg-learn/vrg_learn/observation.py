@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vrg.agents.strategy import View
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
+from vrg.portable.scalars import cos_sin, hypot
 from vrg.types import STILL
 from vrg_learn.learning import Learning
 
@@ -62,20 +63,19 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
     look = learning.look(view)
     pose, robot = view.pose, view.robot
     x, y = pose.x, pose.y
-    cos, sin = math.cos(pose.theta), math.sin(pose.theta)
+    cos, sin = cos_sin(pose.theta)
     odometry = view.readings.latest(Odometry)
     twist = STILL if odometry is None else odometry.value.twist
     x_min, y_min, x_max, y_max = look.bounds
-    reach = math.hypot(x_max - x_min, y_max - y_min)
+    scale = 1.0 / hypot(x_max - x_min, y_max - y_min)
     if raw:
         values = [x, y, pose.theta, twist.v, twist.w, x - x_min, x_max - x, y - y_min, y_max - y, *look.numbers]
     else:
         values = [cos, sin, twist.v / robot.v_max, twist.w / robot.w_max]
-        values += [(x - x_min) / reach, (x_max - x) / reach, (y - y_min) / reach, (y_max - y) / reach, *look.numbers]
+        values += [(x - x_min) * scale, (x_max - x) * scale, (y - y_min) * scale, (y_max - y) * scale, *look.numbers]
     for px, py in look.places:
         dx, dy = px - x, py - y
-        ahead, aside = cos * dx + sin * dy, cos * dy - sin * dx
-        values += (ahead, aside) if raw else _place(ahead, aside, reach)
+        values += (dx * cos + dy * sin, dy * cos - dx * sin) if raw else _place(dx, dy, cos, sin, scale)
     if learning.scan:
         values += _scan(view, raw=raw)
     # Two at the same distance come in the order of the match file.
@@ -86,17 +86,16 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
         if there is None or other.name == me:
             continue
         dx, dy = there.x - x, there.y - y
-        ahead, aside = cos * dx + sin * dy, cos * dy - sin * dx
         vx, vy = velocities.get(other.name, (0.0, 0.0))
         along, across = cos * vx + sin * vy - twist.v, cos * vy - sin * vx - twist.side
-        turn = there.theta - pose.theta
         slot: Sequence[float]
         if raw:
-            slot = 1.0, ahead, aside, along, across, math.remainder(turn, math.tau)
+            turn = math.remainder(there.theta - pose.theta, math.tau)
+            slot = 1.0, dx * cos + dy * sin, dy * cos - dx * sin, along, across, turn
         else:
-            slot = (
-                *_place(ahead, aside, reach), along / fastest, across / fastest, math.cos(turn), math.sin(turn),
-            )  # fmt: skip
+            c, s = cos_sin(there.theta)
+            place = _place(dx, dy, cos, sin, scale)
+            slot = *place, along / fastest, across / fastest, c * cos + s * sin, s * cos - c * sin
         slots.append((dx * dx + dy * dy, number, (*slot, *look.flags(other))))
     slots.sort()
     for _, _, slot in slots:
@@ -110,12 +109,18 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
     return seen
 
 
-def _place(ahead: float, aside: float, reach: float) -> tuple[float, float, float, float]:
-    """The four values for a place, m in the own frame; what is here is straight ahead."""
-    distance = math.hypot(ahead, aside)
+def _place(dx: float, dy: float, cos: float, sin: float, scale: float) -> tuple[float, float, float, float]:
+    """The four values for a place; what is here is straight ahead.
+
+    Args:
+        dx, dy: the way there in the map's frame, m. cos, sin: of the own heading. scale: 1 / reach, 1/m.
+    """
+    distance = hypot(dx, dy)
     if distance == 0.0:
         return 1.0, 0.0, 0.0, 1.0
-    return ahead / distance, aside / distance, distance / reach, 1.0 / (1.0 + distance)
+    part = 1.0 / distance
+    ahead, aside = (dx * cos + dy * sin) * part, (dy * cos - dx * sin) * part
+    return ahead, aside, distance * scale, 1.0 / (1.0 + distance)
 
 
 def _scan(view: View, *, raw: bool) -> list[float]:

@@ -33,13 +33,14 @@ NEARER: Final = 0.1
 """The seconds of safety that a metre of progress is worth, where no way is safe."""
 TURNED: Final = 0.02
 """The progress in m that a turn by a radian costs: of ways that are about as good, the one that turns least."""
-_EVEN: Final = 1e9
+EVEN: Final = 1e9
 """The number of steps in 1 to which values are rounded before the best is chosen. Ways to both sides are often equally
 good: then the first one counts, which is that to the left, and not what rounding has left of a difference."""
 _HALF = np.arange(1, DIRECTIONS // 2) * (math.tau / DIRECTIONS)
-_TURNS: Floats = np.concatenate(([0.0], _HALF, [math.pi], -_HALF[::-1]))
+TURNS: Floats = np.concatenate(([0.0], _HALF, [math.pi], -_HALF[::-1]))
 """The turns of the directions from the one that leads straight to the goal, rad."""
-_UNITS: Floats = np.stack(cos_sin_array(_TURNS), axis=-1)
+UNITS: Floats = np.stack(cos_sin_array(TURNS), axis=-1)
+"""The unit vectors of the directions, where the first leads along x: shape (DIRECTIONS, 2)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,7 @@ def best_course(
     here, there = np.array(place), np.array(goal)
     far = math.dist(place, goal)
     cos, sin = ((goal[0] - place[0]) / far, (goal[1] - place[1]) / far) if far else (1.0, 0.0)
-    units = _UNITS * cos + _UNITS[:, ::-1] * (-sin, sin)
+    units = UNITS * cos + UNITS[:, ::-1] * (-sin, sin)
     distances = np.minimum(DISTANCES, max(far, DISTANCES[0]))
     points = here + units[:, None, :] * distances[None, :, None]
     spare = _spare(points, distances, hunters, speed, reach)
@@ -92,9 +93,9 @@ def best_course(
     good = level >= margin
     if good[:, 0].any():
         value = np.where(good, progress + SAFER * level, -np.inf).max(axis=1)
-        best = int(np.argmax(np.rint((value - TURNED * np.abs(_TURNS)) * _EVEN)))
+        best = int(np.argmax(np.rint((value - TURNED * np.abs(TURNS)) * EVEN)))
         return BestDirection((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
-    best = int(np.argmax(np.rint((level[:, 1] + NEARER * progress[:, 1]) * _EVEN)))
+    best = int(np.argmax(np.rint((level[:, 1] + NEARER * progress[:, 1]) * EVEN)))
     return BestDirection((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from vrg.geometry import circumradius, interpolate, outline_distance, wrap
+from vrg.portable.scalars import hypot
 from vrg.regions import Bounds
 from vrg.segments import in_box
 from vrg.types import Pose, Vector
@@ -93,8 +94,8 @@ def first_tag(hunter: SweptBody, prey: SweptBody, reach: float, refuge: Bounds) 
     """
     (h0, h1, h_size), (p0, p1, p_size) = hunter, prey
     radii = circumradius(h_size) + circumradius(p_size)
-    shift = math.hypot((h1.x - h0.x) - (p1.x - p0.x), (h1.y - h0.y) - (p1.y - p0.y))
-    if math.hypot(h0.x - p0.x, h0.y - p0.y) - shift > radii + reach:
+    shift = hypot((h1.x - h0.x) - (p1.x - p0.x), (h1.y - h0.y) - (p1.y - p0.y))
+    if hypot(h0.x - p0.x, h0.y - p0.y) - shift > radii + reach:
         return math.inf
     motion = (
         shift

@@ -11,6 +11,8 @@ from vrg.types import Twist
 
 Rates = tuple[float, float, float]
 """The speed of an axis for each unit of a twist's v, w and side: rad/m, 1 and rad/m."""
+LIMIT_ROUNDING = 1.0 + 1e-12
+"""The factor by which a limit may be exceeded, so that what was limited once is left as it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +122,7 @@ class Drivetrain:
             twist = Twist(twist.v, twist.w)
         limit = self._fastest_rate * max(0.0, v_max)
         fastest = max(map(abs, self.speeds(twist)))
-        if fastest <= limit:
+        if fastest <= limit * LIMIT_ROUNDING:
             return twist
         if not math.isfinite(fastest):
             # The speeds of the axes are beyond what a float holds, though the twist is not.

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from vrg.geometry import corners, separation
 from vrg.portable.arrays import cos_sin_array
-from vrg.portable.scalars import cos_sin
+from vrg.portable.scalars import cos_sin, hypot
 from vrg.regions import Circle
 from vrg.types import Pose, Vector
 
@@ -116,7 +116,7 @@ def circle_gap(box: Box, circle: Circle) -> Gap:
     hl, hw = box.length / 2, box.width / 2
     pu, pv = min(max(u, -hl), hl), min(max(v, -hw), hw)
     if (pu, pv) != (u, v):
-        distance = math.hypot(u - pu, v - pv)
+        distance = hypot(u - pu, v - pv)
         nu, nv = (pu - u) / distance, (pv - v) / distance
         distance -= circle.radius
     # Otherwise the circle's centre is inside the box, and the shortest way out is through the nearest side.

@@ -60,10 +60,9 @@ def test_robots_in_a_crowd_move_as_in_the_planar_engine(seed: int, small: bool) 
             advance(motions, robots, walls, TICK)
         touched += sum(map(bool, engine.touch))
         rolled = ((engine.angles - angles)[:, :, None] * robots.motions).sum(axis=1)[:, :2] / TICK
-        # Two libraries may round sines otherwise, by less than a billionth of this.
-        assert np.abs(engine.poses - motions.poses).max() < 1e-9
-        assert np.abs(engine.velocities - motions.velocities).max() < 1e-6
-        assert np.abs(rolled - motions.rolled).max() < 1e-6
+        assert np.array_equal(engine.poses, motions.poses), "to the last bit"
+        assert np.array_equal(engine.velocities, motions.velocities)
+        assert np.abs(rolled - motions.rolled).max() < 1e-6, "differences of angles are less exact"
     assert touched > (20 if small else 50)
 
 

@@ -74,7 +74,7 @@ MOTION = (
     Planted(motion.walls_of, "c.radius)", "c.radius + 0.02)"),
     Planted(motion.advance, "r.brake[n] if m.braking[n] else r.slew[n]", "r.slew[n]"),
     Planted(motion.slide, "m.speeds[n, axis] = ", "m.rolled[n, 0] = m.speeds[n, axis] = "),
-    Planted(motion.command, "scale = 1.0 if fastest <= limit else limit / fastest", "scale = 1.0"),
+    Planted(motion.command, "scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest", "scale = 1.0"),
 )
 LONG = (
     Planted(motion.push_apart, "blocked[n] |= shifted[n]", "pass"),

@@ -12,8 +12,9 @@ from vrg.config.setup import MatchSetup
 from vrg_learn.batch.matches import Batch
 from vrg_learn.environment import MatchEnvironment
 
-EXACT, TICKS = 1e-6, 5e-3
-"""The bounds of differences: of all but velocities, and of these. Odometry counts ticks: one in 20 ms is 1 mm/s."""
+EXACT, TICKS = 0.0, 5e-3
+"""The bounds of differences: of poses and what follows from them, and of velocities. Odometry counts ticks: one in 20 ms
+is 1 mm/s."""
 CALM = 20
 """The decisions after the line-up in which players see the velocities of robots that were put somewhere else."""
 
@@ -48,6 +49,9 @@ def test_the_same_actions_are_the_same_match(game: ModuleType, led: bool, small:
             bound = np.where(moving, 2.0 if began and step < began + CALM else TICKS, EXACT)
             wrong = np.argwhere(np.abs(ours - theirs) > bound)
             assert len(wrong) == 0, (step, [(batch.players[n], environment.observation_names[k]) for n, k in wrong])
+            published = {p.name: p.pose for p in environment.referee.players}
+            poses = [structs.astuple(published[name]) for name in batch.players]
+            assert np.array_equal(batch.records.minds.poses[0], poses), step
             before = batch.records.standing.number[0]
             actions = game.drives(batch.out.observations, rng)
             seen, rewards, terminated, _, infos = environment.step(dict(zip(batch.players, actions[0], strict=True)))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vrg.portable.scalars import cos, log
 from vrg_learn.batch.records import Record, Records, records
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
@@ -43,5 +44,5 @@ def between(chance: Record, low: float, high: float) -> float:
 
 def normal(chance: Record) -> float:
     """The next number of a match's stream, standard normal (Box and Muller)."""
-    radius = math.sqrt(-2.0 * math.log(1.0 - uniform(chance)))
-    return radius * math.cos(2.0 * math.pi * uniform(chance))
+    radius = math.sqrt(-2.0 * log(1.0 - uniform(chance)))
+    return radius * cos(2.0 * math.pi * uniform(chance))

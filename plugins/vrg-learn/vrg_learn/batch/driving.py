@@ -3,14 +3,18 @@
 import math
 from typing import Final
 
-from vrg.games.roboflag.evasion import DIRECTIONS, DISTANCES, LEVEL, NEARER, SAFER, TURNED
+import numpy as np
+
+from vrg.games.roboflag.evasion import DIRECTIONS, DISTANCES, EVEN, LEVEL, NEARER, SAFER, TURNED, UNITS
+from vrg.games.roboflag.evasion import TURNS as WAYS
 from vrg.navigation.avoidance import TURNS
 from vrg.navigation.control import linearise
 from vrg.navigation.pilot import CLEARANCE, HORIZON, OFFSET, TIGHT
+from vrg.portable.scalars import cos_sin, hypot
 from vrg.types import Vector
 from vrg_learn.batch.records import Flags, Floats
 
-_WAYS: Final = tuple((math.cos(turn), math.sin(turn)) for turn in TURNS)
+_WAYS: Final = tuple(cos_sin(turn) for turn in TURNS)
 Box = tuple[float, float, float, float]
 """x_min, y_min, x_max, y_max, m."""
 
@@ -61,7 +65,7 @@ def steer(
         factor, gap: how much of the radii counts, and the distance to keep besides, m.
         horizon: how far ahead it looks, s.
     """
-    speed = math.hypot(wanted[0], wanted[1])
+    speed = hypot(wanted[0], wanted[1])
     if speed < 1e-6:
         return 0.0, 0.0
     for cos, sin in _WAYS:
@@ -80,7 +84,7 @@ def steer(
             if closing <= 0.0:
                 continue
             time = min(closing / (vx * vx + vy * vy), horizon)
-            if px * px + py * py < keep * keep or math.hypot(px + vx * time, py + vy * time) < keep:
+            if px * px + py * py < keep * keep or hypot(px + vx * time, py + vy * time) < keep:
                 clear = False
                 break
         if clear:
@@ -97,7 +101,7 @@ def meeting_time(dx: float, dy: float, speed: float, vx: float, vy: float, reach
         dx, dy: the way to the target, m. speed: m/s. vx, vy: the target's velocity, m/s.
         reach: the distance that counts as met, m.
     """
-    if math.hypot(dx, dy) - reach < 1e-9:
+    if hypot(dx, dy) - reach < 1e-9:
         return 0.0
     a, b = vx * vx + vy * vy - speed * speed, 2.0 * (dx * vx + dy * vy - reach * speed)
     c = dx * dx + dy * dy - reach * reach
@@ -115,7 +119,7 @@ def meeting_time(dx: float, dy: float, speed: float, vx: float, vy: float, reach
 
 def scaled(u: Vector, length: float) -> Vector:
     """The vector u, scaled to a length; the zero vector stays zero."""
-    own = math.hypot(u[0], u[1])
+    own = hypot(u[0], u[1])
     return (u[0] * length / own, u[1] * length / own) if own >= 1e-9 else (0.0, 0.0)
 
 
@@ -131,7 +135,7 @@ def within(bounds: Floats, margin: float) -> Box:
 
 def outside(x: float, y: float, box: Box) -> float:
     """The distance of a place from a box, m; 0 inside it."""
-    return math.hypot(max(box[0] - x, 0.0, x - box[2]), max(box[1] - y, 0.0, y - box[3]))
+    return hypot(max(box[0] - x, 0.0, x - box[2]), max(box[1] - y, 0.0, y - box[3]))
 
 
 def safest(
@@ -154,33 +158,35 @@ def safest(
             with 0 there is no such side.
     """
     (x, y), (goal_x, goal_y) = place, goal
-    far, straight = math.hypot(goal_x - x, goal_y - y), math.atan2(goal_y - y, goal_x - x)
+    far = hypot(goal_x - x, goal_y - y)
+    straight = ((goal_x - x) / far, (goal_y - y) / far) if far > 0.0 else (1.0, 0.0)
     longest = max(far, DISTANCES[0])
     best, best_worth, best_value, best_margin = straight, -math.inf, 0.0, 0.0
-    other, other_value, other_margin = straight, -math.inf, 0.0
-    for number in range(DIRECTIONS + 1):
-        turn = number * (math.tau / DIRECTIONS) if number < DIRECTIONS else 0.0
-        cos, sin = math.cos(straight + turn), math.sin(straight + turn)
+    other, other_worth, other_margin = straight, -math.inf, 0.0
+    for number in range(DIRECTIONS):
+        cos = UNITS[number, 0] * straight[0] - UNITS[number, 1] * straight[1]
+        sin = UNITS[number, 1] * straight[0] + UNITS[number, 0] * straight[1]
         level, first, value = LEVEL, 0.0, -math.inf
         for step in range(len(DISTANCES)):
             way = min(DISTANCES[step], longest)
             px, py = x + cos * way, y + sin * way
             level = min(level, spare(px, py, way, hunters, speed, reach, box, discs, midline, ahead))
-            progress = far - math.hypot(px - goal_x, py - goal_y)
+            progress = far - hypot(px - goal_x, py - goal_y)
             if step == 0:
                 first = level
-            elif step == 1 and level + NEARER * progress > other_value:
-                other, other_value, other_margin = straight + turn, level + NEARER * progress, first
+            elif step == 1 and np.rint((level + NEARER * progress) * EVEN) > other_worth:
+                other, other_margin = (cos, sin), first
+                other_worth = np.rint((level + NEARER * progress) * EVEN)
             if level >= margin:
                 value = max(value, progress + SAFER * level)
             elif step > 0:
                 break
-        worth = value - TURNED * min(turn, math.tau - turn)
+        worth = np.rint((value - TURNED * abs(WAYS[number])) * EVEN)
         if worth > best_worth:
-            best, best_worth, best_value, best_margin = straight + turn, worth, value, first
+            best, best_worth, best_value, best_margin = (cos, sin), worth, value, first
     if best_worth > -math.inf:
-        return math.cos(best), math.sin(best), best_value, best_margin
-    return math.cos(other), math.sin(other), 0.0, other_margin
+        return best[0], best[1], best_value, best_margin
+    return other[0], other[1], 0.0, other_margin
 
 
 def spare(

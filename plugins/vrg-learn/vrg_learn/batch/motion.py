@@ -1,7 +1,7 @@
 """The motion of the robots of one match: the planar engine's arithmetic on arrays, as functions that can be compiled.
 
 It is that of vrg.hal.sim.engines.planar, with the geometry of that engine itself, for robots that cannot drive sideways
-in a world without kinematic bodies. The two agree to the last bit where sines do.
+in a world without kinematic bodies. The two agree to the last bit.
 """
 
 import math
@@ -11,11 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from vrg.errors import ConfigError
+from vrg.geometry import circumradius
 from vrg.hal.models import RobotModel
+from vrg.hal.models.drivetrain import LIMIT_ROUNDING
 from vrg.hal.sim.engines.engine import CONTACT, DRIVE
 from vrg.hal.sim.engines.planar import PUSH_ROUNDS, SLACK, slowed
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
+from vrg.portable.arrays import cos_sin_array
+from vrg.portable.scalars import cos_sin
 from vrg.regions import Circle
 from vrg_learn.batch.records import Flags, Floats, Record, Records, records
 
@@ -68,7 +72,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
         drivetrain = model.drivetrain
         own = len(drivetrain.axes)
         found.sizes[:, n] = model.size
-        found.reach[:, n] = math.hypot(*model.size) / 2
+        found.reach[:, n] = circumradius(model.size)
         found.rates[:, n, :own] = drivetrain.rates
         found.motions[:, n, :own] = np.transpose(drivetrain.motions)
         found.fastest[:, n] = max(abs(ahead) for ahead, _, _ in drivetrain.rates)
@@ -107,7 +111,7 @@ def walls_of(map_: Map) -> Walls:
     """The walls and obstacles of a map."""
     boxes = np.array([(b.x, b.y, b.heading, b.length, b.width) for b in map_.boxes]).reshape(-1, 5)
     circles = np.array([(c.x, c.y, c.radius) for c in map_.circles]).reshape(-1, 3)
-    return Walls(boxes, np.stack((np.cos(boxes[:, 2]), np.sin(boxes[:, 2])), axis=1), circles)
+    return Walls(boxes, np.stack(cos_sin_array(boxes[:, 2]), axis=1), circles)
 
 
 def put(m: Record, row: int, x: float, y: float, theta: float) -> None:
@@ -126,7 +130,7 @@ def command(m: Record, r: Record, row: int, v: float, w: float, v_max: float) ->
     limit, fastest = r.fastest[row] * max(0.0, v_max), 0.0
     for axis in range(m.targets.shape[1]):
         fastest = max(fastest, abs(r.rates[row, axis, 0] * v + r.rates[row, axis, 1] * w))
-    scale = 1.0 if fastest <= limit else limit / fastest
+    scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest
     v, w = v * scale, w * scale
     for axis in range(m.targets.shape[1]):
         m.targets[row, axis] = r.rates[row, axis, 0] * v + r.rates[row, axis, 1] * w
@@ -158,8 +162,9 @@ def advance(m: Record, r: Record, walls: Walls, dt: float) -> None:
         x, y, theta = m.poses[n, 0], m.poses[n, 1], m.poses[n, 2]
         m.before[n, 0], m.before[n, 1], m.before[n, 2] = x, y, theta
         middle = theta + turned * 0.5
-        m.poses[n, 0] = x + way * math.cos(middle)
-        m.poses[n, 1] = y + way * math.sin(middle)
+        cos, sin = cos_sin(middle)
+        m.poses[n, 0] = x + way * cos
+        m.poses[n, 1] = y + way * sin
         m.poses[n, 2] = theta + turned
         m.room[n] -= abs(way) + abs(turned) * r.reach[n]
         due |= m.room[n] < 0.0
@@ -332,7 +337,7 @@ def force(m: Record, r: Record, n: int, nx: float, ny: float, x: float, y: float
         return float(r.grip[n])
     px, py, theta = m.poses[n]
     v, w, aside = m.velocities[n]
-    cos, sin = math.cos(theta), math.sin(theta)
+    cos, sin = cos_sin(theta)
     vx, vy = v * cos - aside * sin - w * (y - py), v * sin + aside * cos + w * (x - px)
     drives = side * (vx * nx + vy * ny) < -SLACK
     return float(r.grip[n] * DRIVE if drives else r.grip[n])
@@ -342,7 +347,7 @@ def slide(m: Record, r: Record, n: int, before: Floats, dt: float) -> None:
     """Set a body's velocity to what is left of it after a push, and the speeds of its axes to match."""
     x, y = m.poses[n, 0] - before[n, 0], m.poses[n, 1] - before[n, 1]
     turn, theta = (m.poses[n, 2] - before[n, 2]) / dt, m.poses[n, 2]
-    cos, sin = math.cos(theta), math.sin(theta)
+    cos, sin = cos_sin(theta)
     v = slowed((x * cos + y * sin) / dt, m.velocities[n, 0])
     side = slowed((y * cos - x * sin) / dt, m.velocities[n, 2])
     m.velocities[n, 0], m.velocities[n, 1], m.velocities[n, 2] = v, turn, side

@@ -17,6 +17,7 @@ from vrg.games.roboflag.judging import first_exposed, inside, invasion, near
 from vrg.games.roboflag.rules import ROUNDS, SUDDEN_DEATH, RoboFlag
 from vrg.navigation.control import linearise
 from vrg.navigation.pilot import OFFSET
+from vrg.portable.scalars import cos_sin, hypot
 from vrg.segments import NEVER, Stretch
 from vrg.types import Vector
 from vrg_learn.batch.assigning import line_up
@@ -177,7 +178,7 @@ def judge_flags(s: Record, t: Record, m: Record, c: Record) -> None:
             if at > last:
                 continue
             x, y = start[0] + (end[0] - start[0]) * at, start[1] + (end[1] - start[1]) * at
-            far = math.hypot(x - place[0], y - place[1])
+            far = hypot(x - place[0], y - place[1])
             if at < first or (at == first and far < nearest):
                 taker, first, nearest = n, at, far
         if taker != NO_ONE:
@@ -272,13 +273,13 @@ def observe(s: Record, t: Record, model: Record, seen: Floats, velocities: Float
     flags, turns = np.empty((count, FLAGS)), np.empty((count, 2))
     order, gaps = np.empty(count, dtype=np.int64), np.empty(count)
     for n in range(count):
-        turns[n, 0], turns[n, 1] = math.cos(seen[n, 2]), math.sin(seen[n, 2])
+        turns[n, 0], turns[n, 1] = cos_sin(seen[n, 2])
         for state in range(3):
             flags[n, 1 + state] = t.states[n] == state
     for me in range(count):
         row, team = out[me], s.sides[me]
         x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
-        cos, sin = math.cos(theta), math.sin(theta)
+        cos, sin = cos_sin(theta)
         at = write_own(row, x, y, cos, sin, v / model.v_max[me], w / model.w_max[me], s.bounds, scale)
         for state in range(3):
             row[at + state] = t.states[me] == state
@@ -301,4 +302,4 @@ def observe(s: Record, t: Record, model: Record, seen: Floats, velocities: Float
 
 def in_zone(s: Record, team: int, x: float, y: float) -> bool:
     """True if a place is in the flag zone of a team."""
-    return bool(math.hypot(x - s.flag_places[team, 0], y - s.flag_places[team, 1]) <= s.zone)
+    return bool(hypot(x - s.flag_places[team, 0], y - s.flag_places[team, 1]) <= s.zone)

@@ -29,6 +29,7 @@ from vrg.games.roboflag.posts import ALL_ROUND, LOYALTY, MAX_CHASERS, POST_CLEAR
 from vrg.games.roboflag.situation import BORDER_CLEARANCE, HAVEN
 from vrg.navigation.control import turn
 from vrg.navigation.pilot import FACING
+from vrg.portable.scalars import asin, atan2, cos_sin, hypot
 from vrg.types import Vector
 from vrg_learn.batch.driving import Box, head, meeting_time, nearest_in, safest, scaled, within
 from vrg_learn.batch.records import Floats, Numbers, Record, insert
@@ -108,7 +109,7 @@ def auction(s: Record, t: Record, r: Record, k: Record, p: Record, team: int) ->
             p.bid[n] = math.inf
             if t.states[n] == NORMAL:
                 dx, dy = s.flag_places[1 - team, 0] - k.poses[n, 0], s.flag_places[1 - team, 1] - k.poses[n, 1]
-                p.bid[n] = math.hypot(dx, dy) / r.v_max[n]
+                p.bid[n] = hypot(dx, dy) / r.v_max[n]
                 if p.bid[n] < lowest:
                     p.winner[team], lowest = n, p.bid[n]
 
@@ -143,7 +144,7 @@ def form(s: Record, k: Record, p: Record, team: int, attackers: Numbers, now: fl
         middle = min(max(middle, low + width / 2), high - width / 2)
         p.place[n, 0] = s.midline - ahead * FORM_UP_DISTANCE
         p.place[n, 1] = middle + ahead * (apart * place - width / 2)
-        away = math.hypot(p.place[n, 0] - k.poses[n, 0], p.place[n, 1] - k.poses[n, 1])
+        away = hypot(p.place[n, 0] - k.poses[n, 0], p.place[n, 1] - k.poses[n, 1])
         p.place[n, 1] += ahead * FEINT * feint(now)
         formed = formed and away <= IN_PLACE
         if p.waiting[n] < 0.0 and away <= NEARLY:
@@ -161,14 +162,14 @@ def shield(s: Record, t: Record, r: Record, k: Record, p: Record, team: int, car
             p.target[n] = carrier
             p.place[n, 0], p.place[n, 1] = k.poses[carrier, 0], k.poses[carrier, 1]
     for by in nearest(s, t, k, 1 - team, k.poses[carrier, 0], k.poses[carrier, 1]):
-        far = math.hypot(k.poses[by, 0] - k.poses[carrier, 0], k.poses[by, 1] - k.poses[carrier, 1])
+        far = hypot(k.poses[by, 0] - k.poses[carrier, 0], k.poses[by, 1] - k.poses[carrier, 1])
         share = max(0.5, 1.0 - (r.reach[by] + r.reach[carrier]) / max(far, 1e-9))
         x = k.poses[carrier, 0] + (k.poses[by, 0] - k.poses[carrier, 0]) * share
         y = k.poses[carrier, 1] + (k.poses[by, 1] - k.poses[carrier, 1]) * share
         escort, gap = NO_ONE, math.inf
         for n in s.order:
             if s.sides[n] == team and p.job[n] == ESCORT and p.target[n] == carrier:
-                away = math.hypot(k.poses[n, 0] - x, k.poses[n, 1] - y)
+                away = hypot(k.poses[n, 0] - x, k.poses[n, 1] - y)
                 if away < gap:
                     escort, gap = n, away
         if escort == NO_ONE:
@@ -181,7 +182,7 @@ def nearest(s: Record, t: Record, k: Record, team: int, x: float, y: float) -> N
     found, gaps, count = np.empty(len(s.sides), dtype=np.int64), np.empty(len(s.sides)), 0
     for n in s.order:
         if s.sides[n] == team and t.states[n] != TAGGED:
-            insert(gaps, found, count, math.hypot(k.poses[n, 0] - x, k.poses[n, 1] - y), n)
+            insert(gaps, found, count, hypot(k.poses[n, 0] - x, k.poses[n, 1] - y), n)
             count += 1
     return found[:count]
 
@@ -197,7 +198,7 @@ def chase(s: Record, t: Record, k: Record, p: Record, team: int) -> None:
                 continue
             for o in s.order:
                 if wanted[o] > 0:
-                    way = math.hypot(k.poses[o, 0] - k.poses[n, 0], k.poses[o, 1] - k.poses[n, 1])
+                    way = hypot(k.poses[o, 0] - k.poses[n, 0], k.poses[o, 1] - k.poses[n, 1])
                     way *= LOYALTY if before[n] == o else 1.0
                     if way < least:
                         chaser, prey, least = n, o, way
@@ -220,7 +221,7 @@ def threats(s: Record, t: Record, k: Record, team: int) -> Numbers:
         dx, dy = k.poses[o, 0] - s.flag_places[team, 0], k.poses[o, 1] - s.flag_places[team, 1]
         if o == t.carriers[team]:
             wanted[o] = MAX_CHASERS
-        elif invades and math.hypot(dx, dy) > s.zone:
+        elif invades and hypot(dx, dy) > s.zone:
             wanted[o] = 1
     return wanted
 
@@ -243,17 +244,18 @@ def guard(s: Record, t: Record, r: Record, k: Record, p: Record, team: int) -> N
         angles[place] = bearing(k.poses[facing[place], 0] - x, k.poses[facing[place], 1] - y, s.ahead[team])
     for place in range(free):
         angles[len(facing) + place] = ALL_ROUND * (place - (free - 1) / 2)
-    apart = min(2.0 * math.asin(min(1.0, (widest + POST_CLEARANCE / 2) / radius)), math.tau / 8)
+    apart = min(2.0 * asin(min(1.0, (widest + POST_CLEARANCE / 2) / radius)), math.tau / 8)
     angles = spread(np.sort(angles), apart)
     for place in range(count):
         n = guards[place]
-        p.place[n, 0] = x + radius * math.cos(angles[place]) * s.ahead[team]
-        p.place[n, 1] = y + radius * math.sin(angles[place]) * s.ahead[team]
+        cos, sin = cos_sin(angles[place])
+        p.place[n, 0] = x + radius * cos * s.ahead[team]
+        p.place[n, 1] = y + radius * sin * s.ahead[team]
 
 
 def bearing(dx: float, dy: float, ahead: float) -> float:
     """The direction of a way relative to that of the opponents' half, rad."""
-    return math.atan2(dy * ahead, dx * ahead)
+    return atan2(dy * ahead, dx * ahead)
 
 
 def spread(bearings: Floats, apart: float) -> Floats:
@@ -285,7 +287,7 @@ def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: f
     box = within(s.bounds, BORDER_CLEARANCE)
     if job == EVADE:
         dx, dy = x - s.homes[team, 0], y - s.homes[team, 1]
-        share = min(1.0, max(0.0, s.home_reach - HAVEN) / max(math.hypot(dx, dy), 1e-9))
+        share = min(1.0, max(0.0, s.home_reach - HAVEN) / max(hypot(dx, dy), 1e-9))
         return drive_safely(s, t, r, k, p, n, now, (s.homes[team, 0] + dx * share, s.homes[team, 1] + dy * share), box)
     if job == ATTACK:
         flag = (s.flag_places[1 - team, 0], s.flag_places[1 - team, 1])
@@ -323,7 +325,7 @@ def to_place(r: Record, k: Record, p: Record, n: int, towards: Vector, box: Box)
     """The twist that drives to the place of a player's plan, and stands there, turned towards another one."""
     x, y = nearest_in(p.place[n, 0], p.place[n, 1], box)
     dx, dy = x - k.own[n, 0], y - k.own[n, 1]
-    away = math.hypot(dx, dy)
+    away = hypot(dx, dy)
     p.staying[n] = away < (OFF_POST if p.staying[n] else AT_POST)
     if p.staying[n]:
         return stay(k, n, towards)
@@ -333,8 +335,8 @@ def to_place(r: Record, k: Record, p: Record, n: int, towards: Vector, box: Box)
 def stay(k: Record, n: int, towards: Vector) -> tuple[float, float]:
     """The twist of a player that stands, turned towards a place."""
     dx, dy = towards[0] - k.own[n, 0], towards[1] - k.own[n, 1]
-    cos, sin = math.cos(k.own[n, 2]), math.sin(k.own[n, 2])
-    error = math.atan2(dy * cos - dx * sin, dx * cos + dy * sin)
+    cos, sin = cos_sin(k.own[n, 2])
+    error = atan2(dy * cos - dx * sin, dx * cos + dy * sin)
     twist = turn(error, FACING)
     return twist.v, twist.w
 
@@ -369,7 +371,7 @@ def drive_safely(
         s.midline,
         0.0 if carries else s.ahead[team],
     )
-    far = math.hypot(goal[0] - here[0], goal[1] - here[1])
+    far = hypot(goal[0] - here[0], goal[1] - here[1])
     if 0.0 <= progress < MIN_PROGRESS and spare > 0.0 and far > MIN_PROGRESS:
         if p.job[n] != ATTACK or (here[0] - s.midline) * s.ahead[team] >= 0.0:
             return stay(k, n, goal)

@@ -14,6 +14,7 @@ from vrg.games.sharks_and_minnows.lineup import LargestBody, rows_of
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.tagging import first_tag
 from vrg.geometry import interpolate, outline_distance
+from vrg.portable.scalars import cos_sin
 from vrg.segments import in_box
 from vrg.types import Pose
 from vrg_learn.batch.assigning import line_up
@@ -288,11 +289,11 @@ def observe(
         flags[n, 3] = zone[0] <= seen[n, 0] <= zone[2] and zone[1] <= seen[n, 1] <= zone[3]
         minnows += t.active[n] and t.roles[n] == MINNOW
         sharks += t.active[n] and t.roles[n] == SHARK
-        turns[n, 0], turns[n, 1] = math.cos(seen[n, 2]), math.sin(seen[n, 2])
+        turns[n, 0], turns[n, 1] = cos_sin(seen[n, 2])
     for me in range(count):
         row = out[me]
         x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
-        cos, sin = math.cos(theta), math.sin(theta)
+        cos, sin = cos_sin(theta)
         at = write_own(row, x, y, cos, sin, v / model.v_max[me], w / model.w_max[me], s.bounds, scale)
         row[at] = t.roles[me] == SHARK
         row[at + 1] = t.active[me]

@@ -18,6 +18,7 @@ from vrg.games.sharks_and_minnows.player import (
 )
 from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, BORDER_CLEARANCE, UNMET, URGENCY
 from vrg.navigation.pilot import OFFSET
+from vrg.portable.scalars import hypot
 from vrg.types import Vector
 from vrg_learn.batch.driving import Box, head, meeting_time, nearest_in, outside, scaled, within
 from vrg_learn.batch.records import Record
@@ -70,7 +71,7 @@ def nearest_shark(t: Record, k: Record, n: int) -> tuple[int, float]:
     found, least = NO_ONE, math.inf
     for o in range(len(t.roles)):
         if o != n and t.active[o] and t.roles[o] == SHARK:
-            gap = math.hypot(k.poses[o, 0] - k.own[n, 0], k.poses[o, 1] - k.own[n, 1])
+            gap = hypot(k.poses[o, 0] - k.own[n, 0], k.poses[o, 1] - k.own[n, 1])
             if gap < least:
                 found, least = o, gap
     return found, least
@@ -117,7 +118,7 @@ def cost(s: Record, t: Record, r: Record, k: Record, shark: int, minnow: int) ->
     urgency = URGENCY * outside(x, y, safe)
     time = meeting_time(dx, dy, ASSUMED_SPEED, vx, vy, r.reach[shark] + r.reach[minnow])
     if time == math.inf or outside(x + vx * time, y + vy * time, safe) == 0.0:
-        return UNMET + math.hypot(dx, dy) + urgency
+        return UNMET + hypot(dx, dy) + urgency
     return time + urgency
 
 
@@ -133,7 +134,7 @@ def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: f
     zone, start = s.zones[t.goal], s.zones[1 - t.goal]
     way = (p.place[n, 0] - x, p.place[n, 1] - y)
     if zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3]:
-        far = math.hypot(way[0], way[1])
+        far = hypot(way[0], way[1])
         if far < MARK_REACH:
             return 0.0, 0.0
         speed = min(r.v_max[n], max(0.15, far))
@@ -168,7 +169,7 @@ def evade(here: Vector, shark: Vector, safe: Box, box: Box, start: Box) -> Vecto
     away = scaled((here[0] - shark[0], here[1] - shark[1]), 1.0)
     x, y = nearest_in(here[0] + STEP * away[0], here[1] + STEP * away[1], box)
     moved = (x - here[0], y - here[1])
-    if math.hypot(moved[0], moved[1]) > STEP / 2 and outside(x, y, start) > 0.0:
+    if hypot(moved[0], moved[1]) > STEP / 2 and outside(x, y, start) > 0.0:
         return scaled(moved, 1.0)
     target = nearest_in(here[0], here[1], safe)
     goal = scaled((target[0] - here[0], target[1] - here[1]), 1.0)
@@ -176,7 +177,7 @@ def evade(here: Vector, shark: Vector, safe: Box, box: Box, start: Box) -> Vecto
     for turn in (1.0, -1.0):
         side = (-turn * away[1], turn * away[0])
         end = nearest_in(here[0] + LOOK * side[0], here[1] + LOOK * side[1], box)
-        room = math.hypot(end[0] - here[0], end[1] - here[1]) + side[0] * goal[0] + side[1] * goal[1]
+        room = hypot(end[0] - here[0], end[1] - here[1]) + side[0] * goal[0] + side[1] * goal[1]
         if room > most:
             best, most = side, room
     return best
@@ -196,7 +197,7 @@ def hunt(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, box: Box
     time = time if time < math.inf else 0.0
     goal_x, goal_y = nearest_in(k.poses[prey, 0] + vx * time, k.poses[prey, 1] + vy * time, box)
     acceleration = r.slew[n] / r.fastest[n]
-    between = max(0.0, math.hypot(dx, dy) - reach)
+    between = max(0.0, hypot(dx, dy) - reach)
     speed = min(r.v_max[n], math.sqrt(2.0 * acceleration * between + vx * vx + vy * vy))
     return towards(r, k, p, n, scaled((goal_x - x, goal_y - y), speed), SHARK_OFFSET, box)
 
