@@ -8,6 +8,9 @@ PyBullet that takes less time for 8 robots than arrays do.
 
 A kinematic body has no mass. Before each physics step it is set to its place, with its speed, so that the solver pushes
 the other bodies at that speed. It is far taller than they are, so that no body is ever pushed on top of it.
+
+A step gives the same bits again on one computer, but not on every one: PyBullet takes sines and arc tangents from the C
+library, whose last bits vary with the processor.
 """
 
 import math
