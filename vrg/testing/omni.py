@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from vrg.hal.models import robot_model
 from vrg.hal.models.drivetrain import Drivetrain, Wheel
+from vrg.portable.scalars import cos, sin
 
 AXES = ("left", "back", "right")
 _P2AT = robot_model("P2AT")
@@ -14,7 +15,7 @@ OMNI = replace(
     drivetrain=Drivetrain(
         axes=AXES,
         wheels=tuple(
-            Wheel(x=0.2 * math.cos(at), y=0.2 * math.sin(at), heading=at + math.pi / 2, axis=n, rollers=True)
+            Wheel(x=0.2 * cos(at), y=0.2 * sin(at), heading=at + math.pi / 2, axis=n, rollers=True)
             for n, at in enumerate((math.pi / 3, math.pi, -math.pi / 3))
         ),
         wheel_radius=0.1,

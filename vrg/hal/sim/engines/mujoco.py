@@ -12,6 +12,12 @@ A kinematic body is set to its place, with its speed, before each physics step. 
 what it presses with is bounded: a body that is caught between it and a wall overlaps with it rather than with the wall.
 
 The state is in the arrays of `Engine`, and in the stretch of the tyres. The solver starts again in each step.
+
+A step gives the same bits on every x86-64 computer with the same build of MuJoCo. That would take the sines of the
+hinges from the C library, whose last bits vary with the processor. So the zero of a body's hinge is always where the
+body heads, which takes no sine, and what turns with the body is the frame of its inertia, to which its shape belongs:
+this module sets both (`_face`). The rest of a step is sums, products, quotients and roots. Builds of MuJoCo for other
+processors contract a product and a sum into one operation, so that their last bits are others.
 """
 
 import math
@@ -23,6 +29,8 @@ from vrg.hal.sim.engines import MUJOCO, check_installed
 from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
 from vrg.hal.sim.map import Map
+from vrg.portable.arrays import cos_sin_array
+from vrg.portable.scalars import atan2, cos_sin
 
 check_installed(MUJOCO)
 
@@ -57,6 +65,10 @@ class MujocoEngine(Engine):
         self._places, self._speeds, self._forces = (
             array.reshape(-1, 3) for array in (self._data.qpos, self._data.qvel, self._data.qfrc_applied)
         )
+        self._zeros = self._model.qpos0.reshape(-1, 3)
+        self._frames = self._model.body_iquat[1:]
+        self._cos, self._sin = np.ones(len(robots)), np.zeros(len(robots))
+        """Those of the headings in `_places`; `_face` keeps them up to date."""
         self._fastest = np.array([(m.v_max, m.v_max, m.w_max) for m in self.models]).reshape(-1, 3)
         self._bound = 2.0 * self._fastest.max(axis=0, initial=0.0)
 
@@ -72,13 +84,12 @@ class MujocoEngine(Engine):
         self._model.opt.timestep = dt / steps
         places, speeds = self._places, self._speeds
         places[:] = self.poses
-        heading, v, w, side = self.poses[:, 2], *self.velocities.T
-        cos, sin = np.cos(heading), np.sin(heading)
+        self._face()
+        cos, sin, (v, w, side) = self._cos, self._sin, self.velocities.T
         speeds[:] = np.array((v * cos - side * sin, v * sin + side * cos, w)).T
         self._move(dt / steps, steps, self._traction.rims(aims))
         heading, (vx, vy, w), drives = places[:, 2], speeds.T, ~self.kinematic[:, None]
         heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
-        cos, sin = np.cos(heading), np.sin(heading)
         np.copyto(self.poses, places, where=drives)
         np.copyto(self.velocities, np.array((vx * cos + vy * sin, w, vy * cos - vx * sin)).T, where=drives)
         self._feel()
@@ -104,9 +115,11 @@ class MujocoEngine(Engine):
         # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
         rates = np.clip(speeds[carried], -self._fastest[carried], self._fastest[carried])
         for left_over in range(steps, 0, -1):
-            places[carried] = ends - rates * (left_over * dt)
-            speeds[carried] = rates
-            self._forces[:] = self._traction.press(dt, places[:, 2], speeds.T, rims).T
+            if carried.size:
+                places[carried] = ends - rates * (left_over * dt)
+                speeds[carried] = rates
+                self._face()
+            self._forces[:] = self._traction.press(dt, self._cos, self._sin, speeds.T, rims).T
             mujoco.mj_step1(model, data)
             if data.nefc:  # one row for each contact
                 gaps = data.efc_pos
@@ -115,6 +128,18 @@ class MujocoEngine(Engine):
             mujoco.mj_step2(model, data)
             # A body that is pressed from several sides at once must not be thrown out.
             np.clip(speeds, -self._bound, self._bound, out=speeds)
+            self._face()
+
+    def _face(self) -> None:
+        """Turn the frames of the bodies whose headings in `_places` have changed, and find their cosines and sines."""
+        turned = (self._places[:, 2] != self._zeros[:, 2]).nonzero()[0]
+        if not turned.size:
+            return
+        headings = self._places[turned, 2]
+        cos, sin = cos_sin_array(headings * 0.5)
+        self._zeros[turned, 2] = headings
+        self._frames[turned, 0], self._frames[turned, 3] = cos, sin
+        self._cos[turned], self._sin[turned] = cos * cos - sin * sin, 2.0 * cos * sin
 
     def _feel(self) -> None:
         """Find the bumpers in contact. A side against something touches it at both ends, so the middle counts."""
@@ -123,14 +148,16 @@ class MujocoEngine(Engine):
         near = contacts.dist < CONTACT
         if not near.any():
             return
-        pairs = contacts.geom[near] - self._walls  # the contacts of a pair follow one another
-        firsts = np.flatnonzero(np.append(True, (pairs[1:] != pairs[:-1]).any(axis=1)))
-        middles = np.add.reduceat(contacts.pos[near, :2], firsts) / np.diff(firsts, append=len(pairs))[:, None]
-        for pair, (x, y) in zip(pairs[firsts].tolist(), middles.tolist(), strict=True):
+        sums: dict[tuple[int, int], list[float]] = {}  # of each pair of shapes: of x, of y, and of contacts
+        pairs = contacts.geom[near] - self._walls
+        for (first, second), (x, y) in zip(pairs.tolist(), contacts.pos[near, :2].tolist(), strict=True):
+            total = sums.setdefault((first, second), [0.0, 0.0, 0.0])
+            total[:] = total[0] + x, total[1] + y, total[2] + 1.0
+        for pair, (x, y, count) in sums.items():
             for row in pair:
                 if row >= 0:
                     at_x, at_y, theta = self.poses[row].tolist()
-                    self.touch[row] |= bumper_bit(self.models[row], math.atan2(y - at_y, x - at_x) - theta)
+                    self.touch[row] |= bumper_bit(self.models[row], atan2(y / count - at_y, x / count - at_x) - theta)
 
     def _build(self) -> mujoco.MjModel:
         """Build the model of the map and of all robots, in the plane of the joints.
@@ -143,11 +170,12 @@ class MujocoEngine(Engine):
         spec.option.disableflags = off.mjDSBL_GRAVITY | off.mjDSBL_WARMSTART
         contact = {"margin": _NEAR, "condim": 1, "solimp": (_HARDNESS, _HARDNESS, 1.0, 0.5, 1.0)}
         for box in self.map.boxes:
+            cos, sin = cos_sin(box.heading / 2)
             spec.worldbody.add_geom(
                 type=shape.mjGEOM_BOX,
                 size=_half(box.length, box.width),
                 pos=(box.x, box.y, 0.0),
-                quat=(math.cos(box.heading / 2), 0.0, 0.0, math.sin(box.heading / 2)),
+                quat=(cos, 0.0, 0.0, sin),
                 contype=_WALL,
                 conaffinity=0,
                 **contact,
@@ -169,7 +197,10 @@ class MujocoEngine(Engine):
                 conaffinity=0 if kinematic else _WALL | _BODY | _KINEMATIC,
                 **contact,
             )
-        return spec.compile()
+        built = spec.compile()
+        built.body_sameframe[1:] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
+        built.geom_sameframe[self._walls :] = mujoco.mjtSameFrame.mjSAMEFRAME_INERTIA
+        return built
 
 
 def _half(length: float, width: float) -> tuple[float, float, float]:

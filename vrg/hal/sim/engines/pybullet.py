@@ -8,6 +8,9 @@ PyBullet that takes less time for 8 robots than arrays do.
 
 A kinematic body has no mass. Before each physics step it is set to its place, with its speed, so that the solver pushes
 the other bodies at that speed. It is far taller than they are, so that no body is ever pushed on top of it.
+
+A step gives the same bits again on one computer, but not on every one: PyBullet takes sines and arc tangents from the C
+library, whose last bits vary with the processor.
 """
 
 import math
@@ -25,6 +28,7 @@ from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.robot import GRAVITY
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.modules import silent_errors
+from vrg.portable.scalars import atan2, cos_sin
 
 check_installed("pybullet")
 with silent_errors():
@@ -62,7 +66,7 @@ class Tyre(NamedTuple):
     @classmethod
     def of(cls, wheel: Wheel, axis: int) -> "Tyre":
         """The tyre of a wheel."""
-        return cls(axis, wheel.x, wheel.y, math.cos(wheel.heading), math.sin(wheel.heading), wheel.rollers)
+        return cls(axis, wheel.x, wheel.y, *cos_sin(wheel.heading), wheel.rollers)
 
 
 class BulletEngine(Engine):
@@ -134,10 +138,9 @@ class BulletEngine(Engine):
     def _placed(self, row: int) -> None:
         body, model = self._bodies[row], self.models[row]
         x, y, theta = self.poses[row].tolist()
-        turn = (0.0, 0.0, math.sin(theta / 2), math.cos(theta / 2))
         self._stretches[row] = [(0.0, 0.0)] * len(self._tyres[row])
         pybullet.resetBasePositionAndOrientation(
-            body, (x, y, model.drivetrain.wheel_radius), turn, physicsClientId=self._client
+            body, (x, y, model.drivetrain.wheel_radius), _turn(theta), physicsClientId=self._client
         )
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
         self._motions[row] = self._motion(body)
@@ -153,11 +156,10 @@ class BulletEngine(Engine):
         # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
         v, side = max(-model.v_max, min(v, model.v_max)), max(-model.v_max, min(side, model.v_max))
         w = max(-model.w_max, min(w, model.w_max))
-        c, s = math.cos(theta), math.sin(theta)
+        c, s = cos_sin(theta)
         vx, vy = v * c - side * s, v * s + side * c
-        half = (theta - w * ahead) / 2
         place = (x - vx * ahead, y - vy * ahead, model.drivetrain.wheel_radius)
-        turn = (0.0, 0.0, math.sin(half), math.cos(half))
+        turn = _turn(theta - w * ahead)
         pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=client)
         pybullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, w), physicsClientId=client)
 
@@ -212,7 +214,7 @@ class BulletEngine(Engine):
                 continue
             for row in rows:
                 x, y, theta = self.poses[row].tolist()
-                self.touch[row] |= bumper_bit(self.models[row], math.atan2(gap.y - y, gap.x - x) - theta)
+                self.touch[row] |= bumper_bit(self.models[row], atan2(gap.y - y, gap.x - x) - theta)
 
     def _wall_depth(self, body: int) -> float:
         """The depth in m by which a body is in a wall or an obstacle; negative if it touches none."""
@@ -236,7 +238,7 @@ class BulletEngine(Engine):
         client, body, model, stretches = self._client, self._bodies[row], self.models[row], self._stretches[row]
         damped = self._damped[row]
         place, theta, vx, vy, w = self._motions[row]
-        c, s = math.cos(theta), math.sin(theta)
+        c, s = cos_sin(theta)
         ahead, aside = vx * c + vy * s, vy * c - vx * s
         force_ahead = force_aside = moment = 0.0  # as fractions of a wheel's friction
         for n, (axis, at_x, at_y, cos, sin, rollers) in enumerate(self._tyres[row]):
@@ -277,7 +279,7 @@ class BulletEngine(Engine):
         for row in driven:
             (x, y, _), theta, vx, vy, w = self._motions[row]
             self.poses[row] = x, y, theta
-            c, s = math.cos(theta), math.sin(theta)
+            c, s = cos_sin(theta)
             self.velocities[row] = vx * c + vy * s, w, vy * c - vx * s
             self.touch[row] = self._pressed(self._bodies[row], self.models[row], x, y, theta)
 
@@ -294,8 +296,10 @@ class BulletEngine(Engine):
                 points.setdefault(contact[2], []).append(contact[5][:2])
         touch = 0
         for places in points.values():
-            px, py = (sum(axis) / len(places) for axis in zip(*places, strict=True))
-            touch |= bumper_bit(model, math.atan2(py - y, px - x) - theta)
+            px = py = 0.0
+            for at_x, at_y in places:
+                px, py = px + at_x, py + at_y
+            touch |= bumper_bit(model, atan2(py / len(places) - y, px / len(places) - x) - theta)
         return touch
 
     def _build_map(self) -> None:
@@ -308,8 +312,7 @@ class BulletEngine(Engine):
         for box in self.map.boxes:
             half = (box.length / 2, box.width / 2, WALL_HEIGHT / 2)
             shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
-            turn = (0.0, 0.0, math.sin(box.heading / 2), math.cos(box.heading / 2))
-            self._fix(shape, (box.x, box.y, height[2]), turn)
+            self._fix(shape, (box.x, box.y, height[2]), _turn(box.heading))
         for circle in self.map.circles:
             shape = pybullet.createCollisionShape(
                 pybullet.GEOM_CYLINDER, radius=circle.radius, height=WALL_HEIGHT, physicsClientId=client
@@ -380,6 +383,12 @@ class BulletEngine(Engine):
         return body
 
 
+def _turn(heading: float) -> tuple[float, float, float, float]:
+    """The quaternion of a heading in rad, as PyBullet orders its parts."""
+    cos, sin = cos_sin(heading / 2)
+    return 0.0, 0.0, sin, cos
+
+
 def _yaw(quaternion: tuple[float, float, float, float]) -> float:
     x, y, z, w = quaternion
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

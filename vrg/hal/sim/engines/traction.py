@@ -16,7 +16,6 @@ Turning in place balances the moments of lengthwise and sideways slip at
 whatever the friction is. `skid_steer` is given the track measured with it (tests/hal/test_engines.py).
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,6 +24,8 @@ import numpy.typing as npt
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.engines.engine import DRIVE, Floats, Start
+from vrg.portable.arrays import hypot
+from vrg.portable.scalars import cos_sin
 
 MAX_PHYSICS_STEP = 0.01
 """The longest physics step, s."""
@@ -58,7 +59,7 @@ class Traction:
         self._axes: npt.NDArray[np.intp] = np.zeros(shape, dtype=np.intp)
         for row, own in enumerate(wheels):
             for n, (wheel, axis) in enumerate(own):
-                c, s, held = math.cos(wheel.heading), math.sin(wheel.heading), float(not wheel.rollers)
+                (c, s), held = cos_sin(wheel.heading), float(not wheel.rollers)
                 ahead, aside = (c, s, wheel.x * s - wheel.y * c), (-s, c, wheel.x * c + wheel.y * s)
                 self._ways[:, 0, n, row] = ahead
                 self._ways[:, 1, n, row] = [held * way for way in aside]
@@ -84,34 +85,38 @@ class Traction:
         rims: Floats = speeds[np.arange(len(speeds)), self._axes] * self._radii
         return rims
 
-    def press(self, dt: float, headings: Floats, velocities: Floats, rims: Floats) -> Floats:
+    def press(self, dt: float, cos: Floats, sin: Floats, velocities: Floats, rims: Floats) -> Floats:
         """Stretch the tyres for the next physics step, and compute what the wheels press with.
 
         Args:
-            dt: the length of the physics step, s. headings: those of the bodies, rad.
+            dt: the length of the physics step, s. cos, sin: those of the headings of the bodies.
             velocities: shape (3, robots): the speeds of the bodies along x and y in m/s, and their turn rates in rad/s.
             rims: the speeds of the rims of all wheels, m/s.
 
         Returns:
             shape (3, robots): the forces on the bodies along x and y in N, and the moments in N m.
         """
-        ways, c, s, (vx, vy, w) = self._ways, np.cos(headings), np.sin(headings), velocities
-        slips = ways[0] * (vx * c + vy * s) + ways[1] * (vy * c - vx * s) + ways[2] * w
+        ways, (vx, vy, w) = self._ways, velocities
+        slips = ways[0] * (vx * cos + vy * sin) + ways[1] * (vy * cos - vx * sin) + ways[2] * w
         turning = np.sign(rims)
         rolling = slips[0] * turning > 0.0
         slips[0] -= rims
         self._stretches += slips * (dt / GIVE)
         slips /= -self._damped
         pushes = slips - self._stretches  # as fractions of a wheel's friction
-        sizes = np.hypot(pushes[0], pushes[1])
+        sizes = hypot(pushes[0], pushes[1])
         pushes /= np.maximum(sizes, 1.0)
         driven = rolling & (pushes[0] * turning > DRIVE)
         np.copyto(pushes[0], turning * DRIVE, where=driven)
         # The spring of a tyre that slides gives what the damper leaves of the force.
-        spring_share = np.minimum(0.0, np.hypot(slips[0], slips[1]) - 1.0)
+        spring_share = np.minimum(0.0, hypot(slips[0], slips[1]) - 1.0)
         np.copyto(self._stretches, pushes * spring_share, where=driven | (sizes > 1.0))
-        ahead, aside, moments = (ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]).sum(axis=1) * self._grips
-        return np.array((ahead * c - aside * s, ahead * s + aside * c, moments))
+        of_wheels = ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]
+        total = of_wheels[:, 0]
+        for n in range(1, of_wheels.shape[1]):
+            total += of_wheels[:, n]
+        ahead, aside, moments = total * self._grips
+        return np.array((ahead * cos - aside * sin, ahead * sin + aside * cos, moments))
 
 
 def _driven(model: RobotModel) -> list[tuple[Wheel, int]]:
@@ -124,7 +129,9 @@ def damped_slip(model: RobotModel) -> float:
 
     The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
     """
-    inertia = (model.length**2 + model.width**2) / 12
+    inertia = (model.length * model.length + model.width * model.width) / 12
     wheels = _driven(model)
-    turning = sum(wheel.x**2 + wheel.y**2 for wheel, _ in wheels) / len(wheels) / inertia
-    return model.brake * MAX_PHYSICS_STEP * max(1.0, turning) / DAMPING
+    turning = 0.0
+    for wheel, _ in wheels:
+        turning += wheel.x * wheel.x + wheel.y * wheel.y
+    return model.brake * MAX_PHYSICS_STEP * max(1.0, turning / len(wheels) / inertia) / DAMPING
