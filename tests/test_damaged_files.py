@@ -43,6 +43,7 @@ READ_BY: dict[str, tuple[str, ...]] = {
     "setup.json": ("judge", "result", "why --call 2", "stops", "plot"),
     "result.json": ("list",),
     "steps.jsonl": ("diff",),
+    "fingerprint.json": ("diff",),
     "match.toml": ("list", "diff"),
 }
 """The files of a run, and the commands that read each."""

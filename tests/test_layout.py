@@ -283,18 +283,18 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 5_830,  # with the connections of a crowd, gamepads, the latch of the emergency stop, what a match awaits
-    "commands": 2_860,  # with an emergency stop that tries all ways, what to do after a match, options of packages
+    "commands": 2_861,  # with an emergency stop that tries all ways, what to do after a match, options of packages
     "hal/can": 2_765,  # with drives that are met again, or tell what cannot be; judges of one thing each
-    "launch": 3_790,  # with what a process says why it ends, the owner of a folder, rules that fail
+    "launch": 3_795,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
     "games": 3_580,  # with the look of what lies on a field, and portable arithmetic
     "bus": 2_590,  # with the rules and the entrance of its router, and what a slow listener is given first
-    "hal/sim": 2_610,  # with whose module is that of mujoco
+    "hal/sim": 2_630,  # with whose module is that of mujoco, and its frames without sines of the C library
     "localisation": 545,
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_040,
-    "runs": 1_255,  # with what a replay shows and takes up, what differs between runs, and what robots were like
+    "runs": 1_390,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
     "hal": 1_515,  # the permission of robots, which the world uses too
-    "shared values": 1_850,  # the figures of a picture; what plug-ins add and show; whom an error is about
+    "shared values": 1_860,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_455,  # with words and sketches that are rounded, and beams that are computed once
     "recording": 1_155,  # with what a file of MCAP cannot hold
@@ -304,7 +304,7 @@ BUDGETS = {
     "navigation": 450,
     "seats": 500,
     "templates": 10,
-    "portable": 195,
+    "portable": 215,  # cosines, arcs, exponentials and small matrices
 }
 """The most lines of code of each room, by scripts/size. A change that needs more raises a number, and says why."""
 

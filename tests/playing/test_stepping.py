@@ -492,4 +492,4 @@ def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkey
     remarked = invoke("run", "diff", runs[0], str(copy))
     assert remarked.exit_code == 0
     assert "The match files differ" in remarked.output
-    assert "The same: the journals" in remarked.output
+    assert "Nevertheless the same: the journals" in remarked.output

@@ -2,9 +2,10 @@
 
 Each line is a JSON object. The first line tells which match it is. Each later line holds what was called and the whole
 standing after it, so a restarted coordinator needs only the last complete line. Nothing in the journal depends on real
-time, so two runs of one match with one seed write the same bytes. Beside it, `<journal>.clock` holds the play clock of
-the newest tick. It is overwritten in place, so that the clock of a crashed match is right to a tick without a line in
-the journal for each tick. `evidence.bin` beside it holds what the referee decided by; see `vrg.coordinator.evidence`.
+time or names the computer, so two runs of one match with one seed write the same bytes; `fingerprint.json` in the run
+folder tells what computed them. Beside the journal, `<journal>.clock` holds the play clock of the newest tick. It is
+overwritten in place, so that the clock of a crashed match is right to a tick without a line in the journal for each
+tick. `evidence.bin` beside it holds what the referee decided by; see `vrg.coordinator.evidence`.
 
 In a match of processes a thread of its own writes all this, in order, so that a disk that stalls does not hold up the
 referee's tick. What was not announced before such a stall is announced when it is on disk.

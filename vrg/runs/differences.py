@@ -8,6 +8,7 @@ from vrg.coordinator.journal import read_journal
 from vrg.errors import LaunchError
 from vrg.files import read_bytes
 from vrg.recording.difference import first_difference
+from vrg.runs.fingerprint import read_fingerprint, unlike
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import parted, read_steps
 
@@ -20,7 +21,9 @@ class Compared(NamedTuple):
 
 
 def differences(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
-    """Compare match files, digests of steps, journals and recordings; the first difference of each.
+    """Compare fingerprints, match files, digests of steps, journals and recordings; the first difference of each.
+
+    What computed two runs may explain why they differ, but two computers may play the same match.
 
     Raises:
         LaunchError: a file cannot be read. JournalError: a journal is damaged.
@@ -28,6 +31,7 @@ def differences(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
     for file in (there.match_file, here.match_file, there.journal, here.journal):
         if not file.is_file():
             raise LaunchError(f"{file}: no such file: expected a run folder with all its files")
+    yield from _computed(there, here)
     if _content(there.match_file) != _content(here.match_file):
         yield Compared(f"The match files differ: {there.match_file}, {here.match_file}.", differs=False)
     step = parted(read_steps(there.steps), read_steps(here.steps))
@@ -46,6 +50,23 @@ def differences(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
             yield Compared(f"{part} ends in the middle, or is damaged: it was compared as far as it goes.", False)
         if difference is not None:
             yield Compared(f"Recordings: {difference}.")
+
+
+def _computed(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
+    """The differences between what computed two runs, and why that is not known."""
+    found = []
+    for folder in (there, here):
+        try:
+            fingerprint = read_fingerprint(folder)
+        except LaunchError as error:
+            yield Compared(f"{error}.", differs=False)
+            continue
+        if fingerprint is None:
+            yield Compared(f"{folder.path} does not tell what computed it: it has no fingerprint.", differs=False)
+        else:
+            found.append(fingerprint)
+    for what in unlike(found):
+        yield Compared(f"The runs were computed with different {what}.", differs=False)
 
 
 def _journal_line(there: Path, here: Path) -> tuple[int, float] | None:

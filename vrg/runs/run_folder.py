@@ -23,6 +23,7 @@ class RunFolder:
         setup: the set-up of the checked match, for its processes. setups: the folder of the players' set-ups.
         secret_file: the secret of the match; see `secret`.
         journal: the referee's journal. evidence: what the referee decided by.
+        fingerprint: what computed the match; see `vrg.runs.fingerprint`.
         events: what happened to the processes of the match, as its launcher noticed it.
         recording: the first part of the recording, for Foxglove. layout: the layout in which Foxglove shows it.
         steps: the log of steps of a match in one process or in lockstep.
@@ -40,6 +41,7 @@ class RunFolder:
         self.secret_file = path / "secret"
         self.journal = path / "journal.jsonl"
         self.evidence = path / "evidence.bin"
+        self.fingerprint = path / "fingerprint.json"
         self.events = path / "events.jsonl"
         self.recording = path / "recording.mcap"
         self.steps = path / "steps.jsonl"

@@ -4,6 +4,7 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import pytest
 from experiments import match_in
 from msgspec import structs
@@ -11,10 +12,11 @@ from msgspec import structs
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
+from vrg.runs.fingerprint import fingerprint
 from vrg.runs.run_folder import RunFolder
 from vrg_league.games import BROKEN_OFF, INVALID, OVER, GameRecord, Pairing, Played, ScheduledGame
 from vrg_league.playing import judged, played
-from vrg_league.report import irregular
+from vrg_league.report import computed, irregular
 
 
 @pytest.mark.parametrize("game", ["roboflag", "pursuit-evasion"])
@@ -40,6 +42,7 @@ def honest(tmp_path_factory: pytest.TempPathFactory) -> Game:
     told = played(setup, folder, 600.0)
     found = judged(setup, folder, told)
     assert (found.ended, found.problem, found.calls["begin"]) == (OVER, "", {"": 1})
+    assert found.fingerprint == fingerprint(setup.engine)
     return setup, folder, told
 
 
@@ -76,6 +79,7 @@ def another_call(folder: RunFolder) -> None:
         (another_call, ""),
         (lambda folder: folder.evidence.unlink(), "its journal or its evidence ends early"),
         (lambda folder: folder.journal.write_text(""), "expected a journal, got an empty file"),
+        (lambda folder: folder.fingerprint.write_text("{}"), "expected the fingerprint of a run"),
     ],
 )
 def test_a_game_whose_record_was_altered_is_not_valid(
@@ -98,3 +102,19 @@ def test_the_report_names_games_that_are_not_valid_and_who_has_lost_them() -> No
     assert "counts as a draw: seed 7 (Ann as sharks, Bob as minnows) (such as 12.0 s: so)" in draw
     assert "the record of 1 game is not what the rule book says" in loss
     assert "won by Bob" in loss
+
+
+def test_the_report_names_what_differs_between_the_computers_that_have_played(honest: Game) -> None:
+    setup, folder, told = honest
+    here = judged(setup, folder, told)
+    assert here.fingerprint is not None
+    there = structs.replace(here, fingerprint=structs.replace(here.fingerprint, libc="musl 1.2.5"))
+    unknown = structs.replace(here, fingerprint=None)
+    game = ScheduledGame(pairing=Pairing("Ann", "Bob"), number=0, seed=7, first_team="sharks", second_team="minnows")
+    rows = [GameRecord(game=game, played=each, teams={}) for each in (here, unknown, there, here)]
+    assert computed(rows[:2]) == []
+    [words] = computed(rows)
+    assert words.endswith(f"computed with different C libraries: {here.fingerprint.libc} and musl 1.2.5")
+    assert words in irregular(rows)
+    again = msgspec.json.decode(msgspec.json.encode(rows), type=list[GameRecord])
+    assert computed(again) == [words]

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Mapping
 
 from msgspec import Struct
 
+from vrg.runs.fingerprint import Fingerprint
+
 OVER = "game over"
 """The game came to its end by its rules."""
 BROKEN_OFF = "broken off"
@@ -86,6 +88,7 @@ class Played(Struct, frozen=True, kw_only=True):
         disqualified: the players that were disqualified.
         failures: what has failed in the code of players, in words. failing: the player of each of them.
         wall_time: the real time that the game took, s. thinking: that which the code of each player took.
+        fingerprint: what computed the game; None if that is not known.
     """
 
     ended: str
@@ -100,6 +103,7 @@ class Played(Struct, frozen=True, kw_only=True):
     failing: list[str] = []
     wall_time: float = 0.0
     thinking: dict[str, float] = {}
+    fingerprint: Fingerprint | None = None
 
 
 class GameRecord(Struct, frozen=True, kw_only=True):

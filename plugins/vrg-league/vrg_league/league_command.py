@@ -72,7 +72,7 @@ def play(
     The first call makes the league, and needs --match. Each call continues where the one before stopped.
     """
     from vrg.launch.sandbox.seal import missing
-    from vrg_league import standings
+    from vrg_league import report, standings
     from vrg_league.contenders import TRIAL
     from vrg_league.league.league import League, admit, entries_of, write_errors
     from vrg_league.league.pages import LeaguePages
@@ -125,6 +125,8 @@ def play(
                 league.run(Workers(jobs or cores(), league_folder, setup), stop, finished)
             write(reloads=False)
             show(console, standings.board(league.table, league.rows, standings.thinking(league.rows)))
+            for remark in report.computed(league.rows):
+                console.print(escape(remark), soft_wrap=True)
             words = f"{len(league.rows) - before} games played, {len(league.rows)} in all"
             console.print(f"{words}; the table: {where / 'index.html'}", soft_wrap=True, markup=False)
         exit_if_interrupted(stop)

@@ -36,6 +36,7 @@ from vrg.playing.branch import play_on
 from vrg.playing.strategies import Strategies
 from vrg.runs.change import branch_of
 from vrg.runs.evidenced import read_evidenced
+from vrg.runs.fingerprint import read_fingerprint
 from vrg.runs.judged import judge_run
 from vrg.runs.reasons import reasons
 from vrg.runs.run_folder import RunFolder
@@ -105,6 +106,7 @@ def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
         state = state_after(rulebook_of(setup), standing)
+        computed_by = read_fingerprint(folder)
     except VrgError as error:
         return invalid(setup, reported, str(error))
     if wrong or officials or damage or judgement.gaps or judgement.unjudged or reported.ended != _ended(state):
@@ -117,6 +119,7 @@ def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
         calls=counted((call.rule, teams.get(call.players[0], "") if call.players else "") for call in calls),
         play_time=round(state.total, 3),
         disqualified=list(dict.fromkeys(name for c in calls if c.rule == DISQUALIFIED for name in c.players)),
+        fingerprint=computed_by,
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from vrg.bus.messages import shortened
+from vrg.runs.fingerprint import Fingerprint, unlike
 from vrg_league.games import BROKEN_OFF, FAILED, INVALID, GameRecord, Pairing
 from vrg_league.series import Series
 
@@ -116,7 +117,19 @@ def irregular(rows: Sequence[GameRecord]) -> list[str]:
     if failing:
         first = failing[0].played.failures[0]
         found.append(f"a strategy failed in {_games(len(failing))}: {_named(failing)} (such as {first})")
-    return found
+    return found + computed(rows)
+
+
+def computed(rows: Sequence[GameRecord]) -> list[str]:
+    """What differs between the computers that have played these games, in words."""
+    found: list[Fingerprint] = []
+    for row in rows:
+        if (one := row.played.fingerprint) is not None and one not in found:
+            found.append(one)
+    differences = "; ".join(unlike(found))
+    if not differences:
+        return []
+    return [f"a game may end otherwise where it is played again: the games were computed with different {differences}"]
 
 
 def _games(number: int) -> str:

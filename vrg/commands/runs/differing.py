@@ -20,7 +20,7 @@ def diff(
     """Find where two runs of one match diverge: the first step, which node published something else in it, and what.
 
     The exit status is 1 if they differ. Matches in one process and in lockstep store digests for this once a second;
-    recordings show the rest.
+    recordings show the rest. Differences between the computers that played them are printed first.
     """
     if not _compare(ended_run(there)[0], ended_run(here)[0]):
         raise typer.Exit(1)
@@ -56,17 +56,21 @@ def repeat(
 
 
 def _compare(there: "RunFolder", here: "RunFolder") -> bool:
-    """Print whether two runs are the same, or where they parted; whether they are the same.
+    """Print what computed two runs where that differs, and whether they are the same, or where they parted.
+
+    Returns:
+        whether they are the same.
 
     Raises:
         LaunchError: a file cannot be read. JournalError: a journal is damaged.
     """
     from vrg.runs.differences import differences
 
-    same = True
+    same, start = True, "The same"
     for found in differences(there, here):
         echo(found.text)
         same &= not found.differs
+        start = "Nevertheless the same"
     if same:
-        echo("The same: the journals and everything else that was compared do not differ.")
+        echo(f"{start}: the journals and everything else that was compared do not differ.")
     return same

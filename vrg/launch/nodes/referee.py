@@ -7,11 +7,14 @@ from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal, JournalHeader, NoJournal
 from vrg.coordinator.referee_driver import RefereeDriver
 from vrg.launch.context import Made, NodeContext
+from vrg.runs.fingerprint import keep_fingerprint
 from vrg.runs.run_folder import RunFolder
 
 
 def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -> Journal:
     """Open the journal of a match, a new one or the one that is in the run folder.
+
+    Beside a new one, the fingerprint of what computes the match is written.
 
     Args:
         aside: see `vrg.coordinator.journal.Journal`.
@@ -19,7 +22,11 @@ def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -
     Raises:
         JournalError: it cannot be used; see `Journal`.
     """
-    return Journal(folder.journal, JournalHeader(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
+    header = JournalHeader(match=setup.name, game=setup.game, seed=setup.seed)
+    journal = Journal(folder.journal, header, aside=aside)
+    if journal.last is None:
+        keep_fingerprint(folder, setup.engine)
+    return journal
 
 
 def coordinator_node(setup: MatchSetup, journal: Journal | NoJournal) -> Coordinator:

@@ -13,8 +13,8 @@ from vrg_learn.batch.matches import Batch
 from vrg_learn.environment import MatchEnvironment
 
 EXACT, TICKS = 0.0, 5e-3
-"""The bounds of differences: of poses and what follows from them, and of velocities. Odometry counts ticks: one in 20 ms
-is 1 mm/s."""
+"""The bounds of differences: of poses and what follows from them, and of velocities. Odometry counts ticks: one in
+20 ms is 1 mm/s."""
 CALM = 20
 """The decisions after the line-up in which players see the velocities of robots that were put somewhere else."""
 
