@@ -1,7 +1,8 @@
-"""The arithmetic of another processor, as far as this one can show it: one without fused multiply-add."""
+"""The arithmetic of other computers, as far as this one can show it: another processor, and another C library."""
 
 import os
 import platform
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,39 +10,68 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+Environment = dict[str, str]
+"""Variables with which a process computes as on another computer."""
 _CPU = Path("/proc/cpuinfo")
+_MUSL = Path("/usr/lib/x86_64-linux-musl/libc.a")
+_FUNCTIONS = (
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "hypot", "pow", "cbrt"),
+    *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p"),
+)
 _SINES = "; import math; print([math.sin(n / 1000).hex() for n in range(5000)])"
-"""What a program says last. The C library has other last bits of some of them without fused multiply-add."""
+"""What a program says last. Other C libraries have other last bits of some of them."""
 
 
-def on_both_processors(program: str) -> tuple[str, str]:
-    """What a program of one line prints as this processor computes, and as one without fused multiply-add does.
+def without_fma() -> Environment:
+    """That of an old processor: the C library and numpy use neither fused multiply-add nor wide registers.
 
-    The test is skipped where the C library cannot be told to leave that out.
+    The test is skipped where the C library cannot be told so.
     """
     glibc, words = platform.libc_ver()[0] == "glibc", _CPU.read_text().split() if _CPU.exists() else []
     if not (glibc and platform.machine() == "x86_64" and "fma" in words):
         pytest.skip("needs glibc on an x86-64 processor with fused multiply-add, which can be told to do without it")
     found = np.show_config(mode="dicts")["SIMD Extensions"]["found"]  # what numpy has been compiled for, and is here
-    other = {
+    return {
         "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX",
         "NPY_DISABLE_CPU_FEATURES": " ".join(found),
+        "OPENBLAS_CORETYPE": "Prescott",
     }
-    (here, sines), (there, other_sines) = (_printed(program, environment) for environment in ({}, other))
+
+
+def with_musl(folder: Path) -> Environment:
+    """That of musl's C library: its mathematical functions in place of those of this computer's.
+
+    The test is skipped where musl is not installed (Debian's package musl-dev).
+
+    Args:
+        folder: for the library that is made of them.
+    """
+    compiler = shutil.which("gcc")
+    if compiler is None or not _MUSL.exists() or platform.machine() != "x86_64":
+        pytest.skip("needs gcc, and the package musl-dev on an x86-64 processor")
+    library = folder / "libm-of-musl.so"
+    wanted = [f"-Wl,--undefined={name}" for name in _FUNCTIONS]
+    subprocess.run([compiler, "-shared", "-nostdlib", "-o", library, *wanted, _MUSL], check=True)
+    return {"LD_PRELOAD": str(library)}
+
+
+def printed(program: str, other: Environment) -> tuple[str, str]:
+    """What a program prints on this computer, and in another environment.
+
+    Args:
+        program: lines of Python.
+    """
+    (here, sines), (there, other_sines) = (_run(program, environment) for environment in ({}, other))
     assert sines != other_sines, "the C library computes as before"
     return here, there
 
 
-def _printed(program: str, environment: dict[str, str]) -> tuple[str, str]:
+def _run(program: str, environment: Environment) -> tuple[str, str]:
     """What a program prints, and its sines."""
     done = subprocess.run(
-        [sys.executable, "-c", program + _SINES],
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        timeout=300,
+        [sys.executable, "-c", program + _SINES], env=os.environ | environment, capture_output=True, text=True,
         check=False,
-    )
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    *printed, sines = done.stdout.splitlines()
-    return "\n".join(printed), sines
+    *said, sines = done.stdout.splitlines()
+    return "\n".join(said), sines

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.arithmetic import on_both_processors
+from tests.arithmetic import printed, without_fma
 from tests.hal.engine_bench import DT, deepest_overlap, run
 from vrg.hal.models import MODELS, robot_model
 from vrg.hal.sim.engines.engine import Start
@@ -92,6 +92,6 @@ def crowd() -> str:
 
 
 def test_the_same_bits_come_out_on_every_processor() -> None:
-    here, there = on_both_processors("from tests.hal.test_mujoco import crowd; print(crowd())")
+    here, there = printed("from tests.hal.test_mujoco import crowd; print(crowd())", without_fma())
     assert here == there
     assert int(here.split()[0]) > 5000
