@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from vrg.navigation.control import scaled
 from vrg.portable.scalars import total
 from vrg.regions import Region
-from vrg.types import Vector
+from vrg.types import Vector, quantised
 
 SHARK_WEIGHT = 0.45
 """The push away from the sharks' barycentre, relative to the pull of the safe zone. It is below 1, so that a minnow
@@ -31,7 +31,7 @@ def descent(position: Vector, goal: Vector, sharks: Sequence[Vector]) -> Vector:
 def evade(position: Vector, shark: Vector, safe: Region, bounds: Region, start: Region) -> Vector:
     """The unit vector that leads directly away from one shark, or past it if away is out of bounds or at the start.
 
-    Past the shark it leads on the side that has more room and is more towards the safe zone.
+    Past the shark it leads on the side that has more room and is more towards the safe zone, or to the left.
 
     Args:
         bounds: where the body's centre may be. start: the zone where minnows start, into which none flees.
@@ -48,6 +48,7 @@ def evade(position: Vector, shark: Vector, safe: Region, bounds: Region, start: 
 
     def room(side: Vector) -> float:
         end = bounds.nearest(position[0] + 3 * side[0], position[1] + 3 * side[1])
-        return math.hypot(end[0] - position[0], end[1] - position[1]) + side[0] * goal[0] + side[1] * goal[1]
+        wide = math.hypot(end[0] - position[0], end[1] - position[1])
+        return quantised(wide + side[0] * goal[0] + side[1] * goal[1])
 
     return max(left, right, key=room)

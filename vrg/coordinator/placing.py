@@ -14,10 +14,15 @@ from vrg.types import Pose
 def assigned(poses: Mapping[str, Pose], marks: Sequence[Pose]) -> dict[str, Pose]:
     """The mark of each player by the least sum of squared distances, by which no two ways cross.
 
+    They are whole square millimetres, so that sums of them are exact, and equal ones stay equal.
+
     Args:
         poses: where the players are. marks: at least as many as there are players.
     """
-    costs = [[square(pose.x - mark.x) + square(pose.y - mark.y) for mark in marks] for pose in poses.values()]
+    costs = [
+        [float(round(1e6 * (square(pose.x - mark.x) + square(pose.y - mark.y)))) for mark in marks]
+        for pose in poses.values()
+    ]
     return {name: marks[column] for name, (_, column) in zip(poses, assign(costs), strict=True)}
 
 

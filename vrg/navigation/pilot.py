@@ -11,7 +11,7 @@ from vrg.navigation.control import linearise, scaled, turn
 from vrg.navigation.route import WAYPOINT_CLEARANCE, Effort, grown, route
 from vrg.portable.scalars import atan2, cos_sin
 from vrg.regions import Circle, Region
-from vrg.types import STILL, Pose, Twist, Vector
+from vrg.types import STILL, Pose, Twist, Vector, quantised
 
 OFFSET = 0.25
 """The distance in m from the body's centre to the point that feedback linearisation steers."""
@@ -195,7 +195,7 @@ class _Free:
 def _away(pose: Pose, neighbours: Sequence[Obstacle], speed: float) -> Vector:
     """The velocity that leads away from the nearest body, and past it on the left; backwards if there is none."""
     here = (pose.x, pose.y)
-    nearest = min(neighbours, key=lambda n: math.dist(n.position, here), default=None)
+    nearest = min(neighbours, key=lambda n: quantised(math.dist(n.position, here)), default=None)
     if nearest is None:
         cos, sin = cos_sin(pose.theta)
         return -cos * speed, -sin * speed

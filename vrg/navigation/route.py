@@ -140,12 +140,16 @@ def _around(obstacle: Region) -> list[Vector]:
 def _shortest(
     start: Vector, goal: Vector, points: Sequence[Vector], obstacles: Sequence[Region], effort: Effort | None
 ) -> list[Vector] | None:
-    """The shortest way over some of the points (A* search); each of its pieces is free."""
+    """The shortest way over some of the points (A* search); each of its pieces is free.
+
+    Lengths are whole micrometres, whose sums are exact: of two ways as long, such as those around both sides of an
+    obstacle, the one over the earlier points counts, and not the last bit of a sum.
+    """
     nodes = [start, *points, goal]
     last = len(nodes) - 1
-    best = {0: 0.0}
+    best = {0: 0}
     before: dict[int, int] = {}
-    queue = [(math.dist(start, goal), 0)]
+    queue = [(_micrometres(start, goal), 0)]
     done: set[int] = set()
     while queue:
         _, node = heapq.heappop(queue)
@@ -157,15 +161,19 @@ def _shortest(
         for other in range(1, len(nodes)):
             if other in done:
                 continue
-            cost = best[node] + math.dist(nodes[node], nodes[other])
+            cost = best[node] + _micrometres(nodes[node], nodes[other])
             if cost >= best.get(other, math.inf):
                 continue
             if effort is not None and not effort.spend(len(obstacles)):
                 return None
             if not any(_meets(o, nodes[node], nodes[other]) for o in obstacles):
                 best[other], before[other] = cost, node
-                heapq.heappush(queue, (cost + math.dist(nodes[other], goal), other))
+                heapq.heappush(queue, (cost + _micrometres(nodes[other], goal), other))
     return None
+
+
+def _micrometres(a: Vector, b: Vector) -> int:
+    return round(1e6 * math.dist(a, b))
 
 
 def _trace(before: dict[int, int], node: int) -> list[int]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from vrg.games.roboflag.situation import Known, Situation
 from vrg.geometry import ahead
 from vrg.portable.scalars import asin, atan2, total
-from vrg.types import Vector
+from vrg.types import Vector, quantised
 
 LOYALTY = 0.8
 """The factor by which the way of a player to its announced target counts less."""
@@ -24,7 +24,7 @@ def targets(s: Situation, defenders: Sequence[Known], threats: Sequence[Known]) 
     """The opponent that each defender tags: the shortest ways first. A defender that is not in the result tags none."""
     wanted = {t.name: MAX_CHASERS if t.name == s.thief else 1 for t in threats}
     pairs = sorted(
-        (math.dist(d.place, t.place) * (LOYALTY if s.targets.get(d.name) == t.name else 1.0), d.name, t.name)
+        (quantised(d.away(t.place) * (LOYALTY if s.targets.get(d.name) == t.name else 1.0)), d.name, t.name)
         for d in defenders
         for t in threats
     )
@@ -51,7 +51,7 @@ def posts(s: Situation, guards: Sequence[Known]) -> dict[str, Vector]:
         """The direction from the flag to a place, rad, relative to the direction of the opponents' half."""
         return math.remainder(atan2(place[1] - flag[1], place[0] - flag[0]) - front, math.tau)
 
-    facing = sorted(s.hunters, key=lambda known: (math.dist(known.place, flag), known.name))[: len(guards)]
+    facing = sorted(s.hunters, key=lambda known: (known.away(flag), known.name))[: len(guards)]
     bearings = [bearing(known.place) for known in facing]
     free = len(guards) - len(bearings)
     bearings += [ALL_ROUND * (i - (free - 1) / 2) for i in range(free)]
@@ -70,15 +70,15 @@ def shields(s: Situation, escorts: Sequence[Known], carrier: Known) -> dict[str,
     """
     left = list(escorts)
     found: dict[str, tuple[Vector, str]] = {}
-    for hunter in sorted(s.hunters, key=lambda known: (math.dist(known.place, carrier.place), known.name)):
+    for hunter in sorted(s.hunters, key=lambda known: (known.away(carrier.place), known.name)):
         if not left:
             break
         distance = math.dist(hunter.place, carrier.place) or 1.0
         share = max(0.5, 1.0 - (hunter.radius + carrier.radius) / distance)
-        point = tuple(c + (h - c) * share for c, h in zip(carrier.place, hunter.place, strict=True))
-        escort = min(left, key=lambda known: (math.dist(known.place, point), known.name))
+        x, y = (c + (h - c) * share for c, h in zip(carrier.place, hunter.place, strict=True))
+        escort = min(left, key=lambda known: (known.away((x, y)), known.name))
         left.remove(escort)
-        found[escort.name] = ((point[0], point[1]), hunter.name)
+        found[escort.name] = ((x, y), hunter.name)
     return found
 
 
@@ -95,7 +95,7 @@ def _spread(bearings: list[float], apart: float) -> list[float]:
     """
     if len(bearings) < 2:
         return bearings
-    first = max(range(len(bearings)), key=lambda i: (bearings[i] - bearings[i - 1]) % math.tau)
+    first = max(range(len(bearings)), key=lambda i: quantised((bearings[i] - bearings[i - 1]) % math.tau))
     opened = [*bearings[first:], *(angle + math.tau for angle in bearings[:first])]
     pushed = [opened[0]]
     for angle in opened[1:]:

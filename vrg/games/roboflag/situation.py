@@ -10,7 +10,7 @@ from vrg.bus.messages import Auction, RefereeState
 from vrg.games.roboflag import FLAG_ZONE, FLAGGED, HALF, HOME, NORMAL, TAG_DISTANCE, TAGGED, attack_of, flag_of, other
 from vrg.regions import Circle, Region, Sector
 from vrg.shared import shared
-from vrg.types import Vector
+from vrg.types import Vector, quantised
 
 BORDER_CLEARANCE = 0.4
 """The distance in m that a body's centre keeps from the border of the field."""
@@ -97,6 +97,10 @@ class Known:
     state: str
     team: str
     radius: float
+
+    def away(self, place: Vector) -> float:
+        """The distance of a place, m, rounded: who is nearest is decided by names where two are as near."""
+        return quantised(math.dist(self.place, place))
 
 
 @dataclass(frozen=True)

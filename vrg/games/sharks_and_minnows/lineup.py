@@ -107,7 +107,7 @@ def _marks(count: int, rows: int, zone: Rectangle, field: Rectangle) -> tuple[Po
         theta = wrap(theta + math.pi)
     marks = []
     for i in range(count):
-        across = low + (high - low) * (i + 1) / (count + 1)
+        across = (low + high) / 2 + (high - low) * (2 * i + 1 - count) / (2 * count + 2)
         depth = near + (far - near) * (i % rows + 1) / (rows + 1)
         marks.append(Pose(across, depth, theta) if along_y else Pose(depth, across, theta))
     return tuple(marks)

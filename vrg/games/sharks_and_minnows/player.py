@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from operator import itemgetter
 
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.agents.interception import intercept
@@ -15,7 +14,7 @@ from vrg.hal.models import RobotModel
 from vrg.navigation.avoidance import CrowdBody
 from vrg.navigation.control import scaled
 from vrg.navigation.motion import TopSpeed
-from vrg.types import STILL, Twist, Vector
+from vrg.types import STILL, Twist, Vector, quantised
 
 SHARK_OFFSET = 0.5
 """The distance in m from a shark's centre to the point that feedback linearisation steers. It is longer than that of
@@ -164,9 +163,9 @@ def _seen(view: View) -> Surroundings:
 
 
 def _nearest_shark(view: View) -> tuple[CrowdBody | None, float]:
-    sharks = [(math.dist(view.position, s.position), s) for s in _seen(view).sharks if s.name != view.me.name]
-    distance, shark = min(sharks, key=itemgetter(0), default=(math.inf, None))
-    return shark, distance
+    sharks = [s for s in _seen(view).sharks if s.name != view.me.name]
+    shark = min(sharks, key=lambda s: (quantised(math.dist(view.position, s.position)), s.name), default=None)
+    return shark, math.inf if shark is None else math.dist(view.position, shark.position)
 
 
 def _mode_of(view: View) -> str:

@@ -12,7 +12,7 @@ from vrg.games.sharks_and_minnows.lineup import LargestBody, in_order
 from vrg.navigation.avoidance import CrowdBody
 from vrg.regions import Rectangle, Region
 from vrg.shared import shared
-from vrg.types import Pose, Vector
+from vrg.types import Pose, Vector, quantised
 
 BORDER_CLEARANCE: Final = 0.7
 """The distance in m that a body's centre keeps from the border: a little more than it needs to stop."""
@@ -77,7 +77,9 @@ def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody], safe: Regio
     """The minnow of each shark: the pairs that cost least come first. Two share one only if too few are left."""
     left = [0.0 if safe is None else math.dist(minnow.position, safe.nearest(*minnow.position)) for minnow in prey]
     pairs = sorted(
-        (_cost(shark, minnow, safe, left[i]), shark.name, i) for shark in sharks for i, minnow in enumerate(prey)
+        (quantised(_cost(shark, minnow, safe, left[i])), shark.name, i)
+        for shark in sharks
+        for i, minnow in enumerate(prey)
     )
     chased: dict[str, int] = {}
     taken: set[int] = set()

@@ -9,7 +9,7 @@ from vrg_learn.batch.records import Floats, Numbers, Record
 
 
 def line_up(m: Record, rows: Numbers, marks: Floats) -> None:
-    """Put players of a match on marks by the least sum of squared distances, as the referee does.
+    """Put players of a match on marks by the least sum of squared distances, in mm^2, as the referee does.
 
     Args:
         rows: those of the players. marks: shape (as many, 3): x, y in m, heading in rad.
@@ -18,7 +18,7 @@ def line_up(m: Record, rows: Numbers, marks: Floats) -> None:
     for i in range(len(rows)):
         for j in range(len(marks)):
             dx, dy = m.poses[rows[i], 0] - marks[j, 0], m.poses[rows[i], 1] - marks[j, 1]
-            costs[i, j] = dx * dx + dy * dy
+            costs[i, j] = np.rint(1e6 * (dx * dx + dy * dy))
     chosen = assigned(costs)
     for i in range(len(rows)):
         mark = marks[chosen[i]]
