@@ -10,10 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vrg.testing.requirements import missing
+
 Environment = dict[str, str]
 """Variables with which a process computes as on another computer."""
 _CPU = Path("/proc/cpuinfo")
 _MUSL = Path("/usr/lib/x86_64-linux-musl/libc.a")
+_AARCH64 = Path(__file__).parents[1] / "build" / "aarch64" / "python"
 _FUNCTIONS = (
     *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "hypot", "pow", "cbrt"),
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p"),
@@ -41,14 +44,16 @@ def without_fma() -> Environment:
 def with_musl(folder: Path) -> Environment:
     """That of musl's C library: its mathematical functions in place of those of this computer's.
 
-    The test is skipped where musl is not installed (Debian's package musl-dev).
+    The test is skipped where musl is not installed.
 
     Args:
         folder: for the library that is made of them.
     """
     compiler = shutil.which("gcc")
-    if compiler is None or not _MUSL.exists() or platform.machine() != "x86_64":
-        pytest.skip("needs gcc, and the package musl-dev on an x86-64 processor")
+    if platform.machine() != "x86_64":
+        pytest.skip("needs an x86-64 processor")
+    if compiler is None or not _MUSL.exists():
+        missing("gcc, and the library of Debian's package musl-dev")
     library = folder / "libm-of-musl.so"
     wanted = [f"-Wl,--undefined={name}" for name in _FUNCTIONS]
     subprocess.run([compiler, "-shared", "-nostdlib", "-o", library, *wanted, _MUSL], check=True)
@@ -64,6 +69,21 @@ def printed(program: str, other: Environment) -> tuple[str, str]:
     (here, sines), (there, other_sines) = (_run(program, environment) for environment in ({}, other))
     assert sines != other_sines, "the C library computes as before"
     return here, there
+
+
+def on_aarch64(program: str) -> str:
+    """What a program prints on another kind of processor, which qemu emulates.
+
+    The test is skipped where scripts/aarch64 has not put a Python for it.
+    """
+    if not _AARCH64.exists():
+        pytest.skip("needs a Python for aarch64: scripts/aarch64 gets one")
+    code = f"{program}; import platform; print(platform.machine())"
+    done = subprocess.run([_AARCH64, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    *said, machine = done.stdout.splitlines()
+    assert machine == "aarch64"
+    return "\n".join(said)
 
 
 def _run(program: str, environment: Environment) -> tuple[str, str]:

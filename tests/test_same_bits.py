@@ -1,15 +1,14 @@
 """The same match on every computer: what takes part in one uses portable arithmetic only."""
 
 import ast
-import hashlib
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 import vrg
-from tests.arithmetic import Environment, printed, with_musl, without_fma
+from tests.arithmetic import Environment, on_aarch64, printed, with_musl, without_fma
+from tests.digests import played
 
 ROOT = Path(vrg.__file__).parents[1]
 ROOMS = ("vrg", "plugins/vrg-learn/vrg_learn/batch")
@@ -101,42 +100,9 @@ def test_the_rule_sees_what_is_not_portable(source: str, seen: bool) -> None:
     assert bool([*not_portable(source)]) == seen
 
 
-HASH = """
-import math
-from vrg.agents.strategy import Action, Strategy, View
-from vrg.portable.scalars import sin
-from vrg.types import Twist
-
-class Hash(Strategy):
-    def act(self, view: View) -> Action:
-        noise = sin(12.9898 * view.pose.x + 78.233 * view.pose.y) * 43758.5453
-        return Action(Twist(0.5, noise - math.floor(noise) - 0.5))
-"""
-"""A strategy that makes an error in the last bit as large as can be: the well-known noise of graphics."""
-
-
-def played(game: str, *seeds: int, engine: str = "planar", noisy: bool = False) -> str:
-    """The digests of what matches have left: journal, evidence, and what each node has published.
-
-    Args:
-        noisy: the second player is a file that turns the last bit of its place into its way.
-    """
-    found = []
-    for seed in seeds:
-        with tempfile.TemporaryDirectory() as folder:
-            players = {}
-            if noisy:
-                (Path(folder) / "noise.py").write_text(HASH)
-                players = {"red2": f"{folder}/noise.py"}
-            run = vrg.play(game, players, engine=engine, seed=seed, record=False, runs=folder)
-            files = [run.path / name for name in ("journal.jsonl", "evidence.bin", "steps.jsonl")]
-            found += [f"{seed}: " + " ".join(hashlib.sha256(file.read_bytes()).hexdigest()[:16] for file in files)]
-    return "; ".join(found)
-
-
 def same(call: str, other: Environment) -> bool:
     """True if a call of `played` has the same result on this computer and on another one."""
-    here, there = printed(f"from tests.test_same_bits import played; print(played({call}))", other)
+    here, there = printed(f"from tests.digests import played; print(played({call}))", other)
     return here == there
 
 
@@ -147,7 +113,7 @@ def test_matches_are_the_same_on_a_processor_without_fused_multiply_add() -> Non
 
 @pytest.mark.system
 def test_a_match_is_the_same_with_another_c_library(tmp_path: Path) -> None:
-    assert same("'roboflag', 1, noisy=True", with_musl(tmp_path))
+    assert same("'roboflag', 1, noisy='red2'", with_musl(tmp_path))
 
 
 SEEDS = ", ".join(map(str, range(15)))
@@ -166,3 +132,10 @@ def test_many_matches_are_the_same_elsewhere(game: str, other: Callable[[Path], 
 @pytest.mark.parametrize("game", ["roboflag", "pursuit-evasion", "sharks-and-minnows"])
 def test_matches_on_mujoco_are_the_same_on_other_x86_processors(game: str) -> None:
     assert same(f"{game!r}, 1, 2, engine='mujoco'", without_fma())
+
+
+@pytest.mark.system
+@pytest.mark.thorough
+@pytest.mark.parametrize("game", ["roboflag", "pursuit-evasion", "sharks-and-minnows"])
+def test_matches_are_the_same_on_aarch64(game: str) -> None:
+    assert on_aarch64(f"from tests.digests import played; print(played({game!r}, 1, 2))") == played(game, 1, 2)
