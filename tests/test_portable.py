@@ -2,9 +2,12 @@
 
 import hashlib
 import math
+import re
 import struct
 from collections.abc import Callable
 from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -190,3 +193,11 @@ def test_the_bits_are_those_of_every_computer(name: str) -> None:
     function, expected = RESULTS[name]
     results = [function(number * 0.0137 - 65.0) for number in range(9_500)]
     assert hashlib.sha256(repr(results).encode()).hexdigest()[:16] == expected
+
+
+def test_what_strategies_are_told_to_use_is_there() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "players.md").read_text(encoding="utf-8")
+    found = re.findall(r"^    from (vrg\.portable\.\w+) import (.*)$", text, re.MULTILINE)
+    assert len(found) == 2
+    for module, names in found:
+        assert all(callable(getattr(import_module(module), name)) for name in names.split(", "))
