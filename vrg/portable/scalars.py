@@ -6,9 +6,9 @@ may use fused multiply-add, and a product of matrices is that of a BLAS, which c
 takes part in a match uses this module instead. `math.hypot` and `math.dist` are Python's own code, and may be used; but
 in a function that is also compiled they would be the C library's.
 
-The polynomials and the order of their operations are those of fdlibm 5.3 (Sun Microsystems, 1993: k_sin.c, k_cos.c,
-e_rem_pio2.c, s_atan.c, e_exp.c, e_log.c). A compiled function gives the same bits, as long as the compiler contracts no
-product and sum into one operation. `vrg.portable.arrays` has the same for arrays.
+The polynomials are those of fdlibm 5.3 (Sun Microsystems, 1993: k_sin.c, k_cos.c, e_rem_pio2.c, s_atan.c, e_exp.c,
+e_log.c). A compiled function gives the same bits, as long as the compiler contracts no product and sum into one
+operation. `vrg.portable.arrays` has the same for arrays.
 """
 
 import math
@@ -85,12 +85,11 @@ def within_a_quarter(angle: Any) -> Any:
     x = near - less
     tail = (near - x) - less  # of the rest of the angle, which is x + tail
     z = x * x
-    cube, square, half = z * x, z * z, 0.5 * z
-    sin = x - ((z * (0.5 * tail - cube * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6))))) - tail) - cube * _S1)
-    small = z * (_C1 + z * (_C2 + z * _C3)) + square * square * (_C4 + z * (_C5 + z * _C6))
+    half = 0.5 * z
+    sin = x + (z * x * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6))))) + tail)
+    small = z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6))))) - x * tail
     cos = 1.0 - half
-    cos = cos + (((1.0 - cos) - half) + (z * small - x * tail))
-    return quarters, cos, sin
+    return quarters, cos + (((1.0 - cos) - half) + small), sin
 
 
 def cos(angle: float) -> float:

@@ -46,23 +46,21 @@ class Snapshot:
         if not len(self.free) or not known.any():
             return np.zeros(len(points), dtype=np.bool_)
         dx, dy = (points[known] - self.origin).T
-        # The turn from the border of the first beam, from 0 to a whole turn, so that scans of a full turn work too.
-        cos, sin = cos_sin(self.heading + self.angle_min - self.angle_step / 2)
+        cos, sin = cos_sin(self.heading + self.angle_min + self.angle_step * (len(self.free) - 1) / 2)
         turn = turn_order(cos * dx + sin * dy, cos * dy - sin * dx)
-        turn[turn < 0.0] += 4.0
-        beam = np.searchsorted(self._borders, turn, side="right")
-        beyond = beam >= len(self.free)
+        beam = self._borders.searchsorted(turn, side="right") - 1
+        beyond = (beam < 0) | (beam >= len(self.free))
         beam[beyond] = 0
         known[known] = ~beyond & (hypot(dx, dy) < self.free[beam])
         return known
 
     @cached_property
     def _borders(self) -> Floats:
-        """The turns to the ends of the beams from the border of the first one, as `turn_order` tells them, 0 to 4."""
-        angles = self.angle_step * np.arange(1, len(self.free) + 1, dtype=np.float64)
+        """The turns to the borders of the beams from their middle, as `turn_order` tells them: shape (beams + 1,)."""
+        angles = self.angle_step * (np.arange(len(self.free) + 1, dtype=np.float64) - len(self.free) / 2)
         borders = turn_order(*cos_sin_array(angles))
-        borders[borders < 0.0] += 4.0
-        borders[angles > 2 * np.pi - 1e-9] = 4.0  # of a full turn
+        if angles[-1] > np.pi - 1e-9:  # a full turn, which has neither a beginning nor an end
+            borders[0], borders[-1] = -np.inf, np.inf
         return borders
 
     def coarser(self, beams: int) -> "Snapshot":

@@ -222,8 +222,14 @@ class PursuitEvasion(RuleBook[State]):
         """Put robots out of play that touch another one. Two that touch each other are both out."""
         for name in (name for name in state.crossing() if name in now.poses):
             pose, size = now.poses[name], self.contestants[name].size
-            others = {n: p for n, p in now.poses.items() if n != name and n in self.contestants}
-            gaps = {n: outline_distance(pose, p, size, self.contestants[n].size) for n, p in others.items()}
+            near = circumradius(size) + TOUCH_DISTANCE
+            gaps = {
+                n: outline_distance(pose, p, size, body.size)
+                for n, p in now.poses.items()
+                if n != name
+                and (body := self.contestants.get(n)) is not None
+                and math.hypot(p.x - pose.x, p.y - pose.y) <= near + circumradius(body.size)
+            }
             other = min(gaps, key=lambda n: (gaps[n], n), default=name)
             if other != name and gaps[other] <= TOUCH_DISTANCE:
                 text = f"{name} touches {other} and is out"

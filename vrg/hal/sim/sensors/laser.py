@@ -67,13 +67,10 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
             shape (robots, beams), m, in steps of the resolution; `range_max` where a beam met nothing.
         """
         spec = specs[0]
-        sensors = poses.copy()
-        ahead = np.array([own.x for own in specs])
-        cos, sin = cos_sin_array(poses[:, 2])
-        sensors[:, 0] += ahead * cos
-        sensors[:, 1] += ahead * sin
+        turns = np.array(cos_sin_array(poses[:, 2]))
+        places = poses[:, :2] + (turns * [own.x for own in specs]).T
         fan = Fan.of(spec.beams, spec.fov)
-        ranges = cast_all(sensors, fan, spec.range_max, self._edges, self._discs)
+        ranges = cast_all(places, turns, fan, spec.range_max, self._edges, self._discs)
         if self.surroundings.noise:
             nothing = ranges >= spec.range_max - 1e-9
             ranges += [self._draw(*each) for each in zip(robots, specs, numbers, strict=True)]

@@ -107,15 +107,17 @@ class Fan:
 
 def cast(x: float, y: float, heading: float, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
     """The distance along each beam of one sensor to the nearest body: shape (fan.count,), m. See `cast_all`."""
-    ranges: Floats = cast_all(np.array(((x, y, heading),)), fan, range_max, edges, discs)[0]
+    turns = np.array(cos_sin(heading))[:, None]
+    ranges: Floats = cast_all(np.array(((x, y),)), turns, fan, range_max, edges, discs)[0]
     return ranges
 
 
-def cast_all(sensors: Floats, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
+def cast_all(places: Floats, turns: Floats, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
     """The distance along each beam of each sensor to the nearest body.
 
     Args:
-        sensors: the poses of the sensors in the map's frame: shape (sensors, 3), m and rad.
+        places: of the sensors in the map's frame: shape (sensors, 2), m.
+        turns: the cosines and the sines of their headings: shape (2, sensors).
         range_max: the range in m of a beam that meets nothing nearer.
         edges: outlines of bodies. A body is not seen from inside, so a robot never sees itself.
         discs: shape (n, 3): x, y and radius of round bodies, m.
@@ -124,17 +126,16 @@ def cast_all(sensors: Floats, fan: Fan, range_max: float, edges: Edges, discs: F
         shape (sensors, fan.count), m.
     """
     # Beams are compared by 1 / range. It is linear in a beam's direction, so the pairs need no divisions.
-    inverse = np.full(len(sensors) * fan.count, 1.0 / range_max)
-    height = sensors[:, :1] * edges.normals[0] + sensors[:, 1:2] * edges.normals[1]
+    inverse = np.full(len(places) * fan.count, 1.0 / range_max)
+    height = places[:, :1] * edges.normals[0] + places[:, 1:] * edges.normals[1]
     height -= edges.offsets
-    turns = np.array(cos_sin_array(sensors[:, 2]))
     looks, seen = ((height > _EPS) & (height < range_max)).nonzero()
     if len(seen):
-        poses = sensors[looks, :2].T, turns[:, looks]
+        poses = places.take(looks, axis=0).T, turns.take(looks, axis=1)
         _cast_edges(inverse, *poses, looks, fan, edges, seen, height[looks, seen])
-    ranges: Floats = np.reciprocal(inverse, out=inverse).reshape(len(sensors), fan.count)
+    ranges: Floats = np.reciprocal(inverse, out=inverse).reshape(len(places), fan.count)
     if len(discs):
-        for (x, y, _), (c, s), own in zip(sensors.tolist(), turns.T.tolist(), ranges, strict=True):
+        for (x, y), (c, s), own in zip(places.tolist(), turns.T.tolist(), ranges, strict=True):
             _cast_discs(own, x, y, c, s, fan, discs)
     return ranges
 
@@ -221,7 +222,7 @@ def nearest_in_cones(poses: Floats, cone: float, range_max: float, edges: Edges,
     Returns:
         shape (cones,), m.
     """
-    nearest = np.full(len(poses), range_max)
+    nearest, turns = np.full(len(poses), range_max), np.array(cos_sin_array(poses[:, 2]))
     # Only those (cone, edge) pairs are looked at closely whose edge faces the apex and is near enough.
     x, y = poses[:, 0, None], poses[:, 1, None]
     height = edges.normals[0] * x + edges.normals[1] * y - edges.offsets
@@ -230,24 +231,26 @@ def nearest_in_cones(poses: Floats, cone: float, range_max: float, edges: Edges,
     near = hypot(middle[0] - x, middle[1] - y) < reach
     cones, seen = (near & (height > _EPS) & (height < range_max)).nonzero()
     if len(seen):
-        away = _edges(poses.take(cones, axis=0), tan(cone / 2), edges.ends.take(seen, axis=1))
+        places, ends = poses[cones, :2].T, edges.ends.take(seen, axis=1)
+        away = _edges(places, turns.take(cones, axis=1), tan(cone / 2), ends)
         np.minimum.at(nearest, cones, away)
     if len(discs):
-        np.minimum(nearest, _discs(poses, cone / 2, discs).min(axis=1), out=nearest)
+        np.minimum(nearest, _discs(poses[:, :2].T, turns, cone / 2, discs).min(axis=1), out=nearest)
     return nearest
 
 
-def _edges(poses: Floats, slope: float, ends: Floats) -> Floats:
+def _edges(places: Floats, turns: Floats, slope: float, ends: Floats) -> Floats:
     """The distance to an edge within a cone, infinite where there is none: shape (pairs,), m.
 
     Args:
-        poses: of the cones, shape (pairs, 3). slope: the tangent of half of the cone's angle.
+        places: of the cones, shape (2, pairs), m. turns: the cosines and sines of their directions: shape (2, pairs).
+        slope: the tangent of half of the cone's angle.
         ends: of the edges, shape (4, pairs), x0 y0 x1 y1 in m.
     """
-    c, s = cos_sin_array(poses[:, 2])
-    ax, ay = ends[0] - poses[:, 0], ends[1] - poses[:, 1]
+    (x, y), (c, s) = places, turns
+    ax, ay = ends[0] - x, ends[1] - y
     ax, ay = ax * c + ay * s, ay * c - ax * s
-    bx, by = ends[2] - poses[:, 0], ends[3] - poses[:, 1]
+    bx, by = ends[2] - x, ends[3] - y
     bx, by = bx * c + by * s, by * c - bx * s
     dx, dy = bx - ax, by - ay
     foot = np.clip(-(ax * dx + ay * dy) / (dx * dx + dy * dy), 0.0, 1.0)
@@ -264,10 +267,15 @@ def _edges(poses: Floats, slope: float, ends: Floats) -> Floats:
     return found
 
 
-def _discs(poses: Floats, half: float, discs: Floats) -> Floats:
-    """The distance to each disc within each cone, infinite where there is none: shape (cones, discs), m."""
-    dx, dy = discs[:, 0] - poses[:, 0, None], discs[:, 1] - poses[:, 1, None]
-    away, (c, s) = hypot(dx, dy), cos_sin_array(poses[:, 2, None])
+def _discs(places: Floats, turns: Floats, half: float, discs: Floats) -> Floats:
+    """The distance to each disc within each cone, infinite where there is none: shape (cones, discs), m.
+
+    Args:
+        places, turns: as in `_edges`, of all cones. half: half of the angle of each cone, rad.
+    """
+    (x, y), (c, s) = places[:, :, None], turns[:, :, None]
+    dx, dy = discs[:, 0] - x, discs[:, 1] - y
+    away = hypot(dx, dy)
     # In the frame of the border of the cone that is nearer to the middle of the disc.
     (cos, sin), u, v = cos_sin(half), c * dx + s * dy, np.abs(c * dy - s * dx)
     along, off = u * cos + v * sin, v * cos - u * sin

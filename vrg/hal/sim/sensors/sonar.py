@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
-from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
+from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, Noise, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.rays import Edges, among_robots, nearest_in_cones
-from vrg.portable.arrays import normals
 from vrg.portable.scalars import cos_sin
 
 
@@ -18,6 +17,12 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         super().__init__(surroundings, mounted, now)
         self._static = Edges(surroundings.map_.edges)
         self._places = {(m.robot, m.spec.name): np.array([(p.x, p.y, p.theta) for p in m.spec.places]) for m in mounted}
+        self._noises = {
+            (m.robot, m.spec.name): Noise(
+                lambda: surroundings.seed, f"sonar {m.spec.name}", len(m.spec.places), [m.robot]
+            )
+            for m in mounted
+        }
 
     def sense(self, now: Instant) -> list[Measured]:
         """The ranges of the rings that are due."""
@@ -33,7 +38,7 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
             ranges = nearest_in_cones(poses, cone, range_max, edges, self.surroundings.map_.discs)
             ends = np.cumsum([len(m.spec.places) for m in alike])
             for m, heard in zip(alike, np.split(ranges, ends[:-1]), strict=True):
-                measured = tuple(self._measured(m, heard, now.tick).tolist())
+                measured = tuple(self._measured(m, heard, now.tick // m.spec.due_every(now.dt)).tolist())
                 readings.append((m.robot, m.spec.name, Sonar(range_max=range_max, ranges=measured)))
         return readings
 
@@ -48,13 +53,12 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         poses[:, 2] = heading + places[:, 2]
         return poses
 
-    def _measured(self, m: Mounted[SonarSpec], ranges: Floats, tick: int) -> Floats:
-        """The ranges with noise, in steps of the resolution and within the limits: shape (transducers,), m."""
+    def _measured(self, m: Mounted[SonarSpec], ranges: Floats, number: int) -> Floats:
+        """The ranges of a reading with noise, in steps of the resolution and within limits: shape (transducers,), m."""
         spec = m.spec
         nothing = ranges >= spec.range_max - 1e-9
         if self.surroundings.noise:
-            rng = generator(self.surroundings.seed, m.robot, f"sonar {spec.name}", tick)
-            ranges = ranges * (1.0 + spec.noise * normals(rng, len(ranges)))
+            ranges = ranges * (1.0 + spec.noise * self._noises[m.robot, spec.name].at(number)[0])
             ranges = np.rint(ranges / spec.resolution) * spec.resolution
         ranges = np.clip(ranges, spec.range_min, spec.range_max)
         ranges[nothing] = spec.range_max
