@@ -286,7 +286,7 @@ BUDGETS = {
     "commands": 2_861,  # with an emergency stop that tries all ways, what to do after a match, options of packages
     "hal/can": 2_765,  # with drives that are met again, or tell what cannot be; judges of one thing each
     "launch": 3_795,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
-    "games": 3_585,  # with the look of what lies on a field, and portable arithmetic
+    "games": 3_590,  # with the look of what lies on a field, and portable arithmetic
     "bus": 2_590,  # with the rules and the entrance of its router, and what a slow listener is given first
     "hal/sim": 2_630,  # with whose module is that of mujoco, and its frames without sines of the C library
     "localisation": 545,
@@ -304,7 +304,7 @@ BUDGETS = {
     "navigation": 455,
     "seats": 500,
     "templates": 10,
-    "portable": 215,  # cosines, arcs, exponentials and small matrices
+    "portable": 220,  # cosines, arcs, exponentials and small matrices
 }
 """The most lines of code of each room, by scripts/size. A change that needs more raises a number, and says why."""
 
