@@ -106,12 +106,10 @@ def same(call: str, other: Environment) -> bool:
     return here == there
 
 
-@pytest.mark.system
 def test_matches_are_the_same_on_a_processor_without_fused_multiply_add() -> None:
     assert same("'roboflag', 1, 2, 8", without_fma())
 
 
-@pytest.mark.system
 def test_a_match_is_the_same_with_another_c_library(tmp_path: Path) -> None:
     assert same("'roboflag', 1, noisy='red2'", with_musl(tmp_path))
 
@@ -119,7 +117,6 @@ def test_a_match_is_the_same_with_another_c_library(tmp_path: Path) -> None:
 SEEDS = ", ".join(map(str, range(15)))
 
 
-@pytest.mark.system
 @pytest.mark.thorough
 @pytest.mark.parametrize("game", ["roboflag", "pursuit-evasion", "sharks-and-minnows"])
 @pytest.mark.parametrize("other", [lambda _: without_fma(), with_musl], ids=["without fma", "musl"])
@@ -127,14 +124,12 @@ def test_many_matches_are_the_same_elsewhere(game: str, other: Callable[[Path], 
     assert same(f"{game!r}, {SEEDS}", other(tmp_path))
 
 
-@pytest.mark.system
 @pytest.mark.thorough
 @pytest.mark.parametrize("game", ["roboflag", "pursuit-evasion", "sharks-and-minnows"])
 def test_matches_on_mujoco_are_the_same_on_other_x86_processors(game: str) -> None:
     assert same(f"{game!r}, 1, 2, engine='mujoco'", without_fma())
 
 
-@pytest.mark.system
 @pytest.mark.thorough
 @pytest.mark.parametrize("game", ["roboflag", "pursuit-evasion", "sharks-and-minnows"])
 def test_matches_are_the_same_on_aarch64(game: str) -> None:
