@@ -289,7 +289,7 @@ BUDGETS = {
     "games": 3_590,  # with the look of what lies on a field, and portable arithmetic
     "bus": 2_590,  # with the rules and the entrance of its router, and what a slow listener is given first
     "hal/sim": 2_630,  # with whose module is that of mujoco, and its frames without sines of the C library
-    "localisation": 545,
+    "localisation": 550,
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_040,
     "runs": 1_390,  # with what a replay shows and takes up, what differs between runs and what computed them, robots

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.portable.arrays import cos_sin_array, hypot, inverted, normals, product, turn_order
-from vrg.portable.scalars import FAR, acos, asin, atan2, cos, cos_sin, exp, sin, square, tan, total
+from vrg.portable.scalars import FAR, acos, asin, atan2, cos, cos_sin, exp, log, sin, square, tan, total
 
 ONE = 1 << 220
 """1 as a fixed-point number, which the functions below compute with: they are the measure."""
@@ -75,6 +75,7 @@ def test_cosine_and_sine_are_within_a_unit_in_the_last_place(angle: float) -> No
 @given(st.floats(-1e-9, 1e-9))
 def test_a_small_angle_is_its_own_sine(angle: float) -> None:
     assert cos_sin(angle) == (1.0, angle)
+    assert math.copysign(1.0, cos_sin(-0.0)[1]) == 1.0
     assert atan2(angle, 1.0) == angle
 
 
@@ -108,10 +109,16 @@ def test_a_power_of_e_is_within_a_unit_in_the_last_place(power: float) -> None:
     assert units(exp(power), series(fixed(power), 0, 0)) < 1.0
 
 
+@given(st.floats(1e-300, 1e300))
+def test_a_logarithm_is_within_two_units_of_the_c_librarys(value: float) -> None:
+    assert abs(log(value) - math.log(value)) <= 2.0 * math.ulp(math.log(value))
+
+
 def test_what_has_no_result_is_refused() -> None:
     for refused, error in ((lambda: cos_sin(math.inf), ValueError), (lambda: asin(1.1), ValueError),
                            (lambda: acos(-1.1), ValueError), (lambda: exp(710.0), OverflowError),
-                           (lambda: exp(1e9), OverflowError)):  # fmt: skip
+                           (lambda: exp(1e9), OverflowError), (lambda: log(0.0), ValueError),
+                           (lambda: log(math.inf), ValueError)):  # fmt: skip
         with pytest.raises(error):
             refused()
     assert math.isnan(cos_sin(math.nan)[0])
@@ -174,10 +181,20 @@ def test_lengths() -> None:
     assert hypot(np.array([3.0, 0.0]), np.array([-4.0, 0.0])).tolist() == [5.0, 0.0]
 
 
+def _matrices(value: float) -> list[list[float]]:
+    some = np.array([[value, 1.3, -0.7], [0.1, value + 0.3, 2.9]])
+    square_one = product(some, some.T) + np.eye(2)
+    return product(inverted(square_one), some).tolist()
+
+
 RESULTS: dict[str, tuple[Callable[[float], object], str]] = {
     "cosine and sine": (cos_sin, "754fbe4f02665504"),
     "direction": (lambda value: atan2(value, 1.3 - value * value), "bcef0ebf75823be0"),
     "power of e": (exp, "afd52cbe0770904d"),
+    "logarithm": (lambda value: log(value * value + 1e-9), "7f2fc782633f6d7b"),
+    "tangent and arcs": (lambda value: (tan(value), asin(value / 66.0), acos(value / 66.0)), "2f7bd2422b1c9d4e"),
+    "small matrices": (_matrices, "a22c2bb2993b80ea"),
+    "draws": (lambda value: normals(np.random.default_rng(int(value * 1e3) % 9973), 2).tolist(), "88a099675f3224ff"),
     "what Python computes itself": (
         lambda value: (
             math.hypot(value, 1.3), math.dist((value, 0.1), (0.7, value * 3.0)), math.remainder(value, 0.7)

@@ -133,3 +133,11 @@ def test_agrees_with_pybullets_rays_within_5_mm() -> None:
             assert np.count_nonzero(differs) <= 1
     finally:
         engine.close()
+
+
+def test_the_beams_of_a_full_turn_are_in_order_and_all_see() -> None:
+    behind = Edges(box_edges(np.array([(-4.2, 0.0, 0.0, 0.4, 1.0)])))
+    for beams in range(2, 400):
+        fan = Fan.of(beams, 2 * math.pi)
+        assert (np.diff(fan.order) > 0.0).all(), beams
+        assert cast(0.0, 0.0, 0.0, fan, 8.0, behind, NO_DISCS)[[0, -1]] == pytest.approx(4.0), beams

@@ -200,3 +200,10 @@ def test_a_polygon_with_a_sharp_corner_is_grown_on_the_sides_of_the_corner_too(d
     larger = grown(Polygon(((0.0, 0.0), (end[0], -end[1]), end)), 0.3)
     beside = (math.cos(half) - 0.29 * math.sin(half), math.sin(half) + 0.29 * math.cos(half))
     assert larger.contains(*beside), "0.29 m from a side, 1 m from the corner"
+
+
+@pytest.mark.parametrize("nowhere", [math.inf, -math.inf, math.nan])
+def test_no_way_leads_to_what_is_no_place(nowhere: float) -> None:
+    obstacle = Circle(2.5, 0.0, 1.0)
+    assert route((0.0, 0.0), (nowhere, 0.0), [obstacle]) is None
+    assert route((0.0, nowhere), (5.0, 0.0), [obstacle]) is None

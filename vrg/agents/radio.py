@@ -87,11 +87,9 @@ def packed(words: Any) -> bytes:
         ValueError: it is longer than SAY_LIMIT bytes.
     """
     data = msgspec.msgpack.encode(words, enc_hook=plain)
-    if _FLOAT in data:
-        data = msgspec.msgpack.encode(_rounded(msgspec.msgpack.decode(data)))
     if len(data) > SAY_LIMIT:
         raise ValueError(f"expected at most {SAY_LIMIT} bytes to be sent at a tick, got {len(data)}")
-    return data
+    return msgspec.msgpack.encode(_rounded(msgspec.msgpack.decode(data))) if _FLOAT in data else data
 
 
 def _rounded(value: Any) -> Any:

@@ -137,5 +137,5 @@ class ClockTracker:
             return None
         mean_time = sum(time for time, _ in self._floors) / count
         mean = sum(offset for _, offset in self._floors) / count
-        spread = sum((time - mean_time) * (time - mean_time) for time, _ in self._floors)
+        spread = sum((time - mean_time) ** 2 for time, _ in self._floors)
         return sum((time - mean_time) * (mean - offset) for time, offset in self._floors) / spread

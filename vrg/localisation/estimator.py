@@ -290,9 +290,14 @@ def _gate(fix: Fix) -> float:
     return _GATES[2 if fix.heading is None else 3]
 
 
+_EXACT = 1e-6
+"""The deviation that an exact fix counts with, m or rad, so that a covariance has an inverse."""
+
+
 def _covariance(fix: Fix) -> Floats:
     """The covariance of x, y and the heading, if it has one: shape (3, 3) or (2, 2), m and rad."""
-    return np.diag([square(fix.position)] * 2 + ([] if fix.heading is None else [square(fix.heading)]))
+    deviations = [fix.position] * 2 + ([] if fix.heading is None else [fix.heading])
+    return np.diag([square(max(deviation, _EXACT)) for deviation in deviations])
 
 
 def _updated(state: _State, fix: Fix) -> tuple[_State, float]:

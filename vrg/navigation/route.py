@@ -60,6 +60,8 @@ def route(
     Returns:
         the points at which the way turns, and the goal as the last one.
     """
+    if not all(map(math.isfinite, (*start, *goal))):
+        return None
     barring = [smaller for o in obstacles if (smaller := _outside(o, start)) is not None]
     if any(_contains(obstacle, goal) for obstacle in barring):
         return None

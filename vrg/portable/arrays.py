@@ -48,9 +48,9 @@ def hypot(x: Floats, y: Floats) -> Floats:
 def normals(rng: np.random.Generator, shape: int | tuple[int, ...]) -> Floats:
     """Draw numbers of the standard normal distribution, rounded to steps of 2^-20.
 
-    They come from numpy's ziggurat, which is made of whole numbers but for the tail: of 4,000 numbers one is computed
-    by the C library's logarithm. The steps are so coarse that what differs in its last bit is rounded to the same
-    number, but for one draw in 10^15.
+    They come from numpy's ziggurat, which is made of whole numbers but for its edges: of a hundred numbers one is
+    compared with an exponential of the C library, and of 4,000 one is computed by its logarithm. The steps are so
+    coarse that what differs in its last bit is rounded to the same number, but for one draw in 10^15.
     """
     drawn: Floats = rng.standard_normal(shape)
     drawn += _STEPS
@@ -73,7 +73,7 @@ def product(first: Floats, second: Floats) -> Floats:
     """The product of two small matrices, or of a matrix and a vector, whose sums are taken in the order of the rows.
 
     Args:
-        first: shape (rows, inner). second: shape (inner, columns) or (inner,).
+        first: shape (rows, inner), inner at least 1. second: shape (inner, columns) or (inner,).
 
     Returns:
         shape (rows, columns) or (rows,).

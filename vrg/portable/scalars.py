@@ -31,8 +31,8 @@ _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.1359
 def cos_sin(angle: float) -> tuple[float, float]:
     """The cosine and the sine of an angle, rad: the unit vector in its direction.
 
-    Both are exact to a unit in the last place for angles up to FAR. Beyond that the angle is first taken modulo the
-    nearest number to 2 pi, which changes it by up to 4e-17 of itself.
+    Both are exact to a unit in the last place for angles up to FAR; the sine of -0.0 is 0.0. Beyond that the angle is
+    first taken modulo the nearest number to 2 pi, which changes it by up to 4e-17 of itself.
 
     Raises:
         ValueError: the angle is infinite.

@@ -30,8 +30,8 @@ log = logging.getLogger(__name__)
 
 FEATURES: Final = frozenset({"avx", "avx2", "avx512dq", "avx512f", "fma", "fma4", "sse4_1", "sve", "sve2"})
 """The features of processors by which C libraries, numpy and its BLAS choose code that rounds otherwise."""
-SETTINGS: Final = ("GLIBC_TUNABLES", "NPY_DISABLE_CPU_FEATURES", "OPENBLAS_CORETYPE")
-"""The environment variables that let these choose as on another processor."""
+SETTINGS: Final = ("GLIBC_TUNABLES", "LD_PRELOAD", "NPY_DISABLE_CPU_FEATURES", "OPENBLAS_CORETYPE")
+"""The environment variables that let these choose as on another processor, or replace them."""
 NONE: Final = "none"
 """Stands where a fingerprint has no value."""
 _WITHOUT_PACKAGE: Final = "planar"

@@ -5,6 +5,7 @@ import math
 from lion_and_man import LION
 from vrg.agents import Strategy, View
 from vrg.agents.pursuit import lion_move
+from vrg.geometry import ahead
 from vrg.navigation.control import linearise, scaled
 from vrg.types import STILL, Twist, Vector
 
@@ -53,9 +54,9 @@ class Man(Strategy):
             """The distance from the lion after a move, and a little for every metre that is left to the border."""
             goal = inner.nearest(view.position[0] + way[0], view.position[1] + way[1])
             room = math.dist(goal, arena.middle)
-            return math.dist(goal, lion) - 0.02 * room**2 + 0.3 * math.dist(goal, view.position)
+            return math.dist(goal, lion) - 0.02 * room * room + 0.3 * math.dist(goal, view.position)
 
-        ways = [(STEP * math.cos(a), STEP * math.sin(a)) for a in (math.tau * i / 32 for i in range(32))]
+        ways = [ahead(0.0, 0.0, math.tau * i / 32, STEP) for i in range(32)]
         best = max(ways, key=worth)
         goal = inner.nearest(view.position[0] + best[0], view.position[1] + best[1])
         way = (goal[0] - view.position[0], goal[1] - view.position[1])

@@ -7,6 +7,7 @@ from vrg.bus.messages import SensorMessage
 from vrg.geometry import wrap
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.sensors.base import Instant, Mounted, SensorSimulation, generator
+from vrg.portable.arrays import normals
 from vrg.types import Radians
 
 
@@ -41,5 +42,5 @@ class CompassSimulation(SensorSimulation[CompassSpec]):
         heading = float(now.poses[mounted.row, 2])
         if self.surroundings.noise:
             rng = generator(self.surroundings.seed, mounted.robot, "compass", now.tick)
-            heading += float(rng.normal(0.0, mounted.spec.noise))
+            heading += mounted.spec.noise * float(normals(rng, 1)[0])
         return Compass(heading=wrap(heading))

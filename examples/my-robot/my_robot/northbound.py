@@ -5,6 +5,7 @@ import math
 from my_robot.compass import Compass
 from vrg.agents import Strategy, View
 from vrg.geometry import wrap
+from vrg.portable.scalars import cos
 from vrg.types import STILL, Twist
 
 
@@ -19,4 +20,4 @@ class Northbound(Strategy):
         if compass is None:
             return STILL
         error = wrap(math.pi / 2 - compass.value.heading)
-        return Twist(self.robot.v_max * max(0.0, math.cos(error)), 2.0 * error)
+        return Twist(self.robot.v_max * max(0.0, cos(error)), 2.0 * error)

@@ -5,6 +5,7 @@ from typing import Final
 
 from vrg.agents import STILL, Strategy, Twist, View
 from vrg.geometry import wrap
+from vrg.portable.scalars import atan2
 
 SLOW: Final = 0.35
 """The speed of the slow ones, m/s."""
@@ -14,7 +15,7 @@ _GAIN: Final = 2.0
 
 def towards(view: View, x: float, y: float, speed: float) -> Twist:
     """The motion to a place, m: it turns first, and drives ahead once it looks there."""
-    error = wrap(math.atan2(y - view.pose.y, x - view.pose.x) - view.pose.theta)
+    error = wrap(atan2(y - view.pose.y, x - view.pose.x) - view.pose.theta)
     return Twist(speed if abs(error) < math.pi / 4 else 0.0, max(-1.5, min(1.5, _GAIN * error)))
 
 

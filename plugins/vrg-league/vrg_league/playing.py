@@ -24,7 +24,7 @@ from vrg.config.setup import CheckedMatch
 from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.match import state_after
-from vrg.errors import VrgError
+from vrg.errors import LaunchError, VrgError
 from vrg.files import write_whole
 from vrg.games import has_name
 from vrg.launch.fork_server import ForkServer
@@ -36,7 +36,7 @@ from vrg.playing.branch import play_on
 from vrg.playing.strategies import Strategies
 from vrg.runs.change import branch_of
 from vrg.runs.evidenced import read_evidenced
-from vrg.runs.fingerprint import read_fingerprint
+from vrg.runs.fingerprint import Fingerprint, read_fingerprint
 from vrg.runs.judged import judge_run
 from vrg.runs.reasons import reasons
 from vrg.runs.run_folder import RunFolder
@@ -106,7 +106,6 @@ def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
         state = state_after(rulebook_of(setup), standing)
-        computed_by = read_fingerprint(folder)
     except VrgError as error:
         return invalid(setup, reported, str(error))
     if wrong or officials or damage or judgement.gaps or judgement.unjudged or reported.ended != _ended(state):
@@ -119,8 +118,16 @@ def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
         calls=counted((call.rule, teams.get(call.players[0], "") if call.players else "") for call in calls),
         play_time=round(state.total, 3),
         disqualified=list(dict.fromkeys(name for c in calls if c.rule == DISQUALIFIED for name in c.players)),
-        fingerprint=computed_by,
+        fingerprint=_computed_by(folder),
     )
+
+
+def _computed_by(folder: RunFolder) -> Fingerprint | None:
+    """The fingerprint of what computed a game; None if it is not known, or damaged."""
+    try:
+        return read_fingerprint(folder)
+    except LaunchError:
+        return None
 
 
 def shown(setup: CheckedMatch, run: RunFolder) -> str:

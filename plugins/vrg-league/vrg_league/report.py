@@ -129,7 +129,7 @@ def computed(rows: Sequence[GameRecord]) -> list[str]:
     differences = "; ".join(unlike(found))
     if not differences:
         return []
-    return [f"a game may end otherwise where it is played again: the games were computed with different {differences}"]
+    return [f"the games were computed with different {differences}"]
 
 
 def _games(number: int) -> str:

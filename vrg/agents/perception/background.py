@@ -87,7 +87,7 @@ def snapshot(scans: Sequence[Scan]) -> Snapshot:
     first = scans[0]
     # The least of each beam, of the scans in which it has measured something.
     reach = np.fmin.reduce([np.minimum(scan.ranges, scan.range_max) for scan in scans])
-    lowest = _lowest_around(np.nan_to_num(reach, nan=0.0), wrap=first.full_turn)
+    lowest = _lowest_around(np.where(np.isnan(reach), 0.0, reach), wrap=first.full_turn)
     free = np.maximum(lowest - OBSTACLE_MARGIN, 0.0)
     return Snapshot(first.origin, first.heading, first.angle_min, first.angle_step, free)
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from vrg.agents.perception.scan import Floats, Mask, Scan
 from vrg.bus.messages import CORRELATION, VARIANCE_LIMIT, Sighting
 from vrg.portable.arrays import hypot
-from vrg.portable.scalars import cos_sin, square
+from vrg.portable.scalars import cos_sin, square, total
 from vrg.types import Uncertainty
 
 BREAKPOINT_DISTANCE = 0.4
@@ -123,7 +123,7 @@ def sighting_of(
     """
     if not len(beams) or not np.isfinite(scan.ranges[beams % len(scan.ranges)]).all():
         raise ValueError(f"expected beams that met something, got the beams {beams.tolist()}")
-    away = float(np.mean(scan.ranges[beams % len(scan.ranges)])) + 0.6 * radius
+    away = total(scan.ranges[beams % len(scan.ranges)].tolist()) / len(beams) + 0.6 * radius
     first, last = int(beams[0]), int(beams[-1])
     bearing = scan.heading + scan.angle_min + scan.angle_step * (first + last) / 2
     heading = square(HEADING_ERROR) if uncertainty is None else uncertainty.heading

@@ -55,12 +55,12 @@ class Scan:
     def points(self) -> Floats:
         """The points at which the beams met something: shape (beams, 2), m; not finite where they met nothing."""
         cos, sin = cos_sin(self.heading)
-        ahead, aside = _directions(self.angle_min, self.angle_step, len(self.ranges))
+        along, aside = _directions(self.angle_min, self.angle_step, len(self.ranges))
         points = np.empty((len(self.ranges), 2))
         # An infinite range times the sine or cosine of 0 is no number; both are not finite.
         with np.errstate(invalid="ignore"):
-            np.multiply(self.ranges, cos * ahead - sin * aside, out=points[:, 0])
-            np.multiply(self.ranges, sin * ahead + cos * aside, out=points[:, 1])
+            np.multiply(self.ranges, cos * along - sin * aside, out=points[:, 0])
+            np.multiply(self.ranges, sin * along + cos * aside, out=points[:, 1])
         points += self.origin
         return points
 

@@ -1,9 +1,9 @@
 """Several unknown robots at once: which sighting is of which of them."""
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from statistics import median
 
 from msgspec.structs import replace
 
@@ -148,7 +148,7 @@ class Tracker:
         """
         if not sightings:
             return None
-        surprises = [median(track.line.surprise(s) for s in sightings) for track in self.tracks]
+        surprises = [statistics.median(track.line.surprise(s) for s in sightings) for track in self.tracks]
         best = min(range(len(surprises)), key=lambda i: surprises[i], default=None)
         if best is not None and surprises[best] <= GATE:
             return self.tracks[best]

@@ -268,12 +268,12 @@ def spread(bearings: Floats, apart: float) -> Floats:
         gap = bearings[i] - bearings[i - 1] + (math.tau if i == 0 else 0.0)
         if gap > widest:
             first, widest = i, gap
-    pushed, sum_before = np.empty(count), 0.0
+    pushed, shift = np.empty(count), 0.0
     for i in range(count):
         angle = bearings[(first + i) % count] + (math.tau if first + i >= count else 0.0)
-        sum_before += angle
         pushed[i] = angle if i == 0 else max(angle, pushed[i - 1] + apart)
-    pushed += (sum_before - pushed.sum()) / count
+        shift += angle - pushed[i]
+    pushed += shift / count
     found = np.empty(count)
     for i in range(count):
         found[(first + i) % count] = pushed[i]

@@ -8,6 +8,7 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from vrg.geometry import compose, inverse
+from vrg.portable.scalars import atan2
 from vrg.types import Pose
 from vrg_locate.mocap.frames import MeasuredBody, MocapFrame
 
@@ -118,7 +119,7 @@ def heading(rotation: Quaternion) -> float:
     atan2(2 (w z + x y), w^2 + x^2 - y^2 - z^2).
     """
     w, x, y, z = rotation
-    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
 def tilt(rotation: Quaternion) -> float:
@@ -128,4 +129,4 @@ def tilt(rotation: Quaternion) -> float:
     2 hypot(w y + x z, y z - w x).
     """
     w, x, y, z = rotation
-    return math.atan2(2.0 * math.hypot(w * y + x * z, y * z - w * x), w * w - x * x - y * y + z * z)
+    return atan2(2.0 * math.hypot(w * y + x * z, y * z - w * x), w * w - x * x - y * y + z * z)

@@ -28,7 +28,7 @@ from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.robot import GRAVITY
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.modules import silent_errors
-from vrg.portable.scalars import atan2, cos_sin
+from vrg.portable.scalars import atan2, cos_sin, total
 
 check_installed("pybullet")
 with silent_errors():
@@ -296,10 +296,8 @@ class BulletEngine(Engine):
                 points.setdefault(contact[2], []).append(contact[5][:2])
         touch = 0
         for places in points.values():
-            px = py = 0.0
-            for at_x, at_y in places:
-                px, py = px + at_x, py + at_y
-            touch |= bumper_bit(model, atan2(py / len(places) - y, px / len(places) - x) - theta)
+            px, py = (total(axis) / len(places) for axis in zip(*places, strict=True))
+            touch |= bumper_bit(model, atan2(py - y, px - x) - theta)
         return touch
 
     def _build_map(self) -> None:

@@ -25,7 +25,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.engines.engine import DRIVE, Floats, Start
 from vrg.portable.arrays import hypot
-from vrg.portable.scalars import cos_sin
+from vrg.portable.scalars import cos_sin, square, total
 
 MAX_PHYSICS_STEP = 0.01
 """The longest physics step, s."""
@@ -112,10 +112,10 @@ class Traction:
         spring_share = np.minimum(0.0, hypot(slips[0], slips[1]) - 1.0)
         np.copyto(self._stretches, pushes * spring_share, where=driven | (sizes > 1.0))
         of_wheels = ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]
-        total = of_wheels[:, 0]
-        for n in range(1, of_wheels.shape[1]):
-            total += of_wheels[:, n]
-        ahead, aside, moments = total * self._grips
+        pressed = np.zeros_like(of_wheels[:, 0])
+        for n in range(of_wheels.shape[1]):
+            pressed += of_wheels[:, n]
+        ahead, aside, moments = pressed * self._grips
         return np.array((ahead * cos - aside * sin, ahead * sin + aside * cos, moments))
 
 
@@ -129,9 +129,7 @@ def damped_slip(model: RobotModel) -> float:
 
     The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
     """
-    inertia = (model.length * model.length + model.width * model.width) / 12
+    inertia = (square(model.length) + square(model.width)) / 12
     wheels = _driven(model)
-    turning = 0.0
-    for wheel, _ in wheels:
-        turning += wheel.x * wheel.x + wheel.y * wheel.y
+    turning = total(square(wheel.x) + square(wheel.y) for wheel, _ in wheels)
     return model.brake * MAX_PHYSICS_STEP * max(1.0, turning / len(wheels) / inertia) / DAMPING

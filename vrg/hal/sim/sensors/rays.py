@@ -89,6 +89,7 @@ class Fan:
 
     def __post_init__(self) -> None:
         angles = self.first + self.step * np.arange(self.count, dtype=np.float64)
+        angles = np.clip(angles, -math.pi, math.pi)  # rounding must not lead beyond straight behind
         object.__setattr__(self, "angles", angles)
         object.__setattr__(self, "directions", np.array(cos_sin_array(angles)))
         object.__setattr__(self, "order", turn_order(*self.directions))
