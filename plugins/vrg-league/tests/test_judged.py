@@ -79,7 +79,6 @@ def another_call(folder: RunFolder) -> None:
         (another_call, ""),
         (lambda folder: folder.evidence.unlink(), "its journal or its evidence ends early"),
         (lambda folder: folder.journal.write_text(""), "expected a journal, got an empty file"),
-        (lambda folder: folder.fingerprint.write_text("{}"), "expected the fingerprint of a run"),
     ],
 )
 def test_a_game_whose_record_was_altered_is_not_valid(
@@ -90,6 +89,13 @@ def test_a_game_whose_record_was_altered_is_not_valid(
     found = judged(setup, folder, told)
     assert found.ended == INVALID
     assert words in found.problem != ""
+
+
+def test_a_game_with_a_damaged_fingerprint_counts(tiny: Game) -> None:
+    setup, folder, told = tiny
+    folder.fingerprint.write_text("{}")
+    found = judged(setup, folder, told)
+    assert (found.ended, found.fingerprint) == (OVER, None)
 
 
 def test_the_report_names_games_that_are_not_valid_and_who_has_lost_them() -> None:
