@@ -25,6 +25,7 @@ def run(benchmark: str) -> None:
 
 BENCHMARKS = [
     *("speed", "pushes", "scan", "bus", "delay", "startup", "stops", "listeners"),
+    "speed --against HEAD --engine planar --robots 8",
     "perception --only time",
     "perception --only match",
     "../plugins/vrg-league/benchmarks/compare",
