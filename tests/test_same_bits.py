@@ -159,7 +159,11 @@ def same(call: str, other: Environment) -> bool:
 
 
 def test_matches_are_the_same_on_a_processor_without_fused_multiply_add() -> None:
-    assert same("'roboflag', 1, 2, 8", without_fma())
+    assert same("'roboflag', 1, 2, 8, noisy='red2'", without_fma())
+
+
+def test_a_strategy_that_takes_sines_from_the_c_library_plays_another_match_there() -> None:
+    assert not same("'sharks-and-minnows', 1, noisy='player1', module='math'", without_fma())
 
 
 def test_a_match_is_the_same_with_another_c_library(tmp_path: Path) -> None:

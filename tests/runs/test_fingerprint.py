@@ -166,4 +166,11 @@ def test_runs_without_a_fingerprint_and_with_a_damaged_one_are_compared(runs: tu
     assert lines[0] == f"{one.path} does not tell what computed it: it has no fingerprint."
     assert lines[1].startswith(f"{two.fingerprint}: expected the fingerprint of a run: Object missing required field")
     assert lines[1].endswith("delete this file, which nothing else needs.")
-    assert lines[2].startswith("Nevertheless the same")
+    assert lines[2].startswith("The same")
+
+
+def test_a_strangers_fingerprint_forges_no_line() -> None:
+    one = fingerprint("planar")
+    [words] = unlike([one, structs.replace(one, libc="glibc 9.\nThe same: " + "x" * 5000)])
+    assert "\n" not in words
+    assert len(words) < 500

@@ -14,10 +14,15 @@ from vrg.runs.step_log import parted, read_steps
 
 
 class Compared(NamedTuple):
-    """A sentence about two runs; `differs` if it is a difference."""
+    """A sentence about two runs.
+
+    Args:
+        differs: it tells of a difference of the matches. explains: it tells of what may be the cause of one.
+    """
 
     text: str
     differs: bool = True
+    explains: bool = False
 
 
 def differences(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
@@ -33,7 +38,8 @@ def differences(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
             raise LaunchError(f"{file}: no such file: expected a run folder with all its files")
     yield from _computed(there, here)
     if _content(there.match_file) != _content(here.match_file):
-        yield Compared(f"The match files differ: {there.match_file}, {here.match_file}.", differs=False)
+        files = f"{there.match_file}, {here.match_file}"
+        yield Compared(f"The match files differ: {files}.", differs=False, explains=True)
     step = parted(read_steps(there.steps), read_steps(here.steps))
     if step is not None:
         yield Compared(f"Digests: the first that differ are those of {step[0]:.2f} s, of {', '.join(step[1])}.")
@@ -66,7 +72,7 @@ def _computed(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
         else:
             found.append(fingerprint)
     for what in unlike(found):
-        yield Compared(f"The runs were computed with different {what}.", differs=False)
+        yield Compared(f"The runs were computed with different {what}.", differs=False, explains=True)
 
 
 def _journal_line(there: Path, here: Path) -> tuple[int, float] | None:

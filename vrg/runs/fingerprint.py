@@ -25,6 +25,7 @@ from vrg.packages import PACKAGES, release_of
 from vrg.portable.scalars import VERSION
 from vrg.registry import plugins
 from vrg.runs.run_folder import RunFolder
+from vrg.types import printable
 
 log = logging.getLogger(__name__)
 
@@ -36,6 +37,8 @@ NONE: Final = "none"
 """Stands where a fingerprint has no value."""
 _WITHOUT_PACKAGE: Final = "planar"
 """The engine that needs no package: nobody looks for who adds it."""
+_SHOWN: Final = 200
+"""The number of characters of a value that are shown."""
 _NAMES: Final = {"vrg": "VRG", "python": "Python"}
 
 
@@ -124,9 +127,9 @@ def unlike(fingerprints: Sequence[Fingerprint]) -> list[str]:
     facts = [_facts(one, common) for one in fingerprints]
     found = []
     for what in dict.fromkeys(what for one in facts for what in one):
-        values = list(dict.fromkeys(one.get(what) or NONE for one in facts))
+        values = list(dict.fromkeys(printable(one.get(what) or NONE)[:_SHOWN] for one in facts))
         if len(values) > 1:
-            found.append(f"{what}: {', '.join(values[:-1])} and {values[-1]}")
+            found.append(f"{printable(what)}: {', '.join(values[:-1])} and {values[-1]}")
     return found
 
 

@@ -70,7 +70,7 @@ def _compare(there: "RunFolder", here: "RunFolder") -> bool:
     for found in differences(there, here):
         echo(found.text)
         same &= not found.differs
-        start = "Nevertheless the same"
+        start = "Nevertheless the same" if found.explains else start
     if same:
         echo(f"{start}: the journals and everything else that was compared do not differ.")
     return same

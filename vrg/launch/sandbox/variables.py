@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-_SEALED: Final = ("PATH", "LANG", "LANGUAGE", "TZ", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV")
-_SEALED_PREFIXES: Final = ("LC_", "OMP_", "OPENBLAS_", "MKL_")
+_SEALED: Final = ("PATH", "LANG", "LANGUAGE", "TZ", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV", "GLIBC_TUNABLES")
+_SEALED_PREFIXES: Final = ("LC_", "OMP_", "OPENBLAS_", "MKL_", "NPY_")
 _STARTED: Final = ("HOME", "USER", "LOGNAME", "TMPDIR", "TERM", "COLUMNS", "NO_COLOR")
 _STARTED_PREFIXES: Final = ("LD_", "PYTHON", "SDL_", "VRG_", "XDG_")
 """The names, or what they begin with, of what a sealed process keeps, and of what else it is started with."""
