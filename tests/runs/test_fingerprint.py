@@ -171,6 +171,6 @@ def test_runs_without_a_fingerprint_and_with_a_damaged_one_are_compared(runs: tu
 
 def test_a_strangers_fingerprint_forges_no_line() -> None:
     one = fingerprint("planar")
-    [words] = unlike([one, structs.replace(one, libc="glibc 9.\nThe same: " + "x" * 5000)])
+    [words] = unlike([one, replace(one, libc="glibc 9.\nThe same: " + "x" * 5000)])
     assert "\n" not in words
     assert len(words) < 500
