@@ -165,8 +165,8 @@ def _cast_edges(
     slope_x, slope_y = edges.normals.take(seen, axis=1) / -height
     slopes = np.array((c * slope_x + s * slope_y, c * slope_y - s * slope_x))
     # An outline is counter-clockwise, so from outside an edge runs from its greater bearing to its smaller one.
-    high = turn_order(c * ends[0] + s * ends[1], c * ends[1] - s * ends[0])
-    low = turn_order(c * ends[2] + s * ends[3], c * ends[3] - s * ends[2])
+    xs, ys = ends[::2], ends[1::2]
+    high, low = turn_order(c * xs + s * ys, c * ys - s * xs)
     behind = (high < low).nonzero()[0]
     if len(behind):  # these edges cross the line straight behind, where bearings jump, so each has two runs
         slopes = np.concatenate((slopes, slopes[:, behind]), axis=1)
