@@ -43,7 +43,7 @@ def repeat(
     from vrg.playing.branch import repeat_match
     from vrg.playing.match import strangers
 
-    folder, _ = ended_run(run)
+    folder, _ = ended_run(run, runs)
 
     def announce(text: str) -> None:
         echo(text, err=True)
