@@ -3,9 +3,9 @@
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.agents.strategy import Strategy, View
 from vrg.games.pursuit_evasion import CROSSING, WAITING
-from vrg.games.pursuit_evasion.crossing import across
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
+from vrg.portable.scalars import cos_sin
 from vrg.types import STILL, Pose, Twist
 
 TURN_GAIN = 1.5
@@ -67,6 +67,7 @@ class Intruder(Strategy):
             self._course = view.pose
         course, pose = self._course, view.pose
         # Its distance to the left of the course is small, so it may stand for the sine of the angle back to it.
-        left = across(course, pose)
+        cos, sin = cos_sin(course.theta)
+        left = (pose.y - course.y) * cos - (pose.x - course.x) * sin
         error = wrap(course.theta - pose.theta) - max(-0.5, min(0.5, left / LOOKAHEAD))
         return Twist(self.robot.v_max, TURN_GAIN * error)
