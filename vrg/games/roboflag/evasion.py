@@ -37,10 +37,11 @@ EVEN: Final = 1e9
 """The number of steps in 1 to which values are rounded before the best is chosen. Ways to both sides are often equally
 good: then the first one counts, which is that to the left, and not what rounding has left of a difference."""
 _HALF = np.arange(1, DIRECTIONS // 2) * (math.tau / DIRECTIONS)
-TURNS: Floats = np.concatenate(([0.0], _HALF, [math.pi], -_HALF[::-1]))
-"""The turns of the directions from the one that leads straight to the goal, rad."""
-UNITS: Floats = np.stack(cos_sin_array(TURNS), axis=-1)
+_TURNS: Floats = np.concatenate(([0.0], _HALF, [math.pi], -_HALF[::-1]))
+UNITS: Floats = np.stack(cos_sin_array(_TURNS), axis=-1)
 """The unit vectors of the directions, where the first leads along x: shape (DIRECTIONS, 2)."""
+TURN_COSTS: Floats = TURNED * np.abs(_TURNS)
+"""What the turn to each direction from the one straight to the goal costs, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +94,7 @@ def best_course(
     good = level >= margin
     if good[:, 0].any():
         value = np.where(good, progress + SAFER * level, -np.inf).max(axis=1)
-        best = int(np.argmax(np.rint((value - TURNED * np.abs(TURNS)) * EVEN)))
+        best = int(np.argmax(np.rint((value - TURN_COSTS) * EVEN)))
         return BestDirection((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
     best = int(np.argmax(np.rint((level[:, 1] + NEARER * progress[:, 1]) * EVEN)))
     return BestDirection((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))

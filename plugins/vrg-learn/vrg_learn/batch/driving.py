@@ -5,8 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from vrg.games.roboflag.evasion import DIRECTIONS, DISTANCES, EVEN, LEVEL, NEARER, SAFER, TURNED, UNITS
-from vrg.games.roboflag.evasion import TURNS as WAYS
+from vrg.games.roboflag.evasion import DIRECTIONS, DISTANCES, EVEN, LEVEL, NEARER, SAFER, TURN_COSTS, UNITS
 from vrg.navigation.avoidance import TURNS
 from vrg.navigation.control import linearise
 from vrg.navigation.pilot import CLEARANCE, HORIZON, OFFSET, TIGHT
@@ -181,7 +180,7 @@ def safest(
                 value = max(value, progress + SAFER * level)
             elif step > 0:
                 break
-        worth = np.rint((value - TURNED * abs(WAYS[number])) * EVEN)
+        worth = np.rint((value - TURN_COSTS[number]) * EVEN)
         if worth > best_worth:
             best, best_worth, best_value, best_margin = (cos, sin), worth, value, first
     if best_worth > -math.inf:

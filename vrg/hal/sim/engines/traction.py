@@ -111,11 +111,7 @@ class Traction:
         # The spring of a tyre that slides gives what the damper leaves of the force.
         spring_share = np.minimum(0.0, hypot(slips[0], slips[1]) - 1.0)
         np.copyto(self._stretches, pushes * spring_share, where=driven | (sizes > 1.0))
-        of_wheels = ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]
-        pressed = np.zeros_like(of_wheels[:, 0])
-        for n in range(of_wheels.shape[1]):
-            pressed += of_wheels[:, n]
-        ahead, aside, moments = pressed * self._grips
+        ahead, aside, moments = (ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]).sum(axis=1) * self._grips
         return np.array((ahead * cos - aside * sin, ahead * sin + aside * cos, moments))
 
 
