@@ -66,7 +66,7 @@ def printed(program: str, other: Environment) -> tuple[str, str]:
     Args:
         program: lines of Python.
     """
-    (here, sines), (there, other_sines) = (_run(program, environment) for environment in ({}, other))
+    (here, sines), (there, other_sines) = (_run(program + _SINES, environment) for environment in ({}, other))
     assert sines != other_sines, "the C library computes as before"
     return here, there
 
@@ -78,20 +78,16 @@ def on_aarch64(program: str) -> str:
     """
     if not _AARCH64.exists():
         pytest.skip("needs a Python for aarch64: scripts/aarch64 gets one")
-    code = f"{program}; import platform; print(platform.machine())"
-    done = subprocess.run([_AARCH64, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    *said, machine = done.stdout.splitlines()
+    said, machine = _run(f"{program}; import platform; print(platform.machine())", python=str(_AARCH64))
     assert machine == "aarch64"
-    return "\n".join(said)
+    return said
 
 
-def _run(program: str, environment: Environment) -> tuple[str, str]:
-    """What a program prints, and its sines."""
+def _run(program: str, environment: Environment | None = None, python: str = sys.executable) -> tuple[str, str]:
+    """What a program prints, and its last line apart."""
     done = subprocess.run(
-        [sys.executable, "-c", program + _SINES], env=os.environ | environment, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
+        [python, "-c", program], env=os.environ | (environment or {}), capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
-    *said, sines = done.stdout.splitlines()
-    return "\n".join(said), sines
+    *said, last = done.stdout.splitlines()
+    return "\n".join(said), last
