@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from against import cases, compare
+import against
 from common import Cost, Stopwatch, arguments, median, reference, show, write_match
 
 from vrg.config.setup import MatchSetup
@@ -142,23 +142,23 @@ def main() -> None:
     engines = (options.engine,) if options.engine else ENGINE_NAMES
     if options.against:
         with tempfile.TemporaryDirectory() as folder:
-            whole = cases(Path(folder), options.robots, engines)
+            whole = against.cases(Path(folder), options.robots, engines)
             seeds, rounds = ((1,), 1) if options.quick else ((1, 2, 3), options.rounds or 3)
-            notes = compare(options.against, whole, seeds, rounds)
+            notes = against.compare(options.against, whole, seeds, rounds)
         title = "Whole matches of two versions"
         show(title, [case.row() for case in whole], notes, as_json=options.json)
         return
     lasers = (options.lasers == "yes",) if options.lasers else (True, False)
-    measured = [Case(e, n, with_) for n in options.robots for e in engines for with_ in lasers]
+    cases = [Case(e, n, with_) for n in options.robots for e in engines for with_ in lasers]
     seconds = 2.0 if options.quick else 30.0
     if options.profile:
-        options.profile.write_text(profiled(measured[0], seconds))
+        options.profile.write_text(profiled(cases[0], seconds))
         print(options.profile.read_text())
         return
-    measure(measured, seconds, options.rounds or (1 if options.quick else 3))
-    unit = median([unit.cpu for case in measured for _, _, unit in case.runs])
-    notes = [f"{seconds:g} s of play a run, {len(measured[0].runs)} runs; a reference unit took {unit * 1e3:.0f} ms"]
-    show("Whole match in one process", [case.row() for case in measured], notes, as_json=options.json)
+    measure(cases, seconds, options.rounds or (1 if options.quick else 3))
+    unit = median([unit.cpu for case in cases for _, _, unit in case.runs])
+    notes = [f"{seconds:g} s of play a run, {len(cases[0].runs)} runs; a reference unit took {unit * 1e3:.0f} ms"]
+    show("Whole match in one process", [case.row() for case in cases], notes, as_json=options.json)
 
 
 if __name__ == "__main__":
