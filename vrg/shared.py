@@ -14,21 +14,21 @@ T = TypeVar("T")
 
 
 def shared(function: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
-    """A function that keeps its newest result, and returns it again for the same arguments.
+    """A function of one argument or more that keeps its newest result, and returns it again for the same arguments.
 
     Only the very same objects count as the same arguments. So they are compared quickly and may be of any type, but
     neither they nor the result may be changed.
     """
-    newest: tuple[tuple[Any, ...], T] | None = None
+    newest: tuple[Any, tuple[Any, ...], T] | None = None
 
     @wraps(function)
-    def kept(*given: *Ts) -> T:
+    def kept(first: Any, *others: Any) -> T:
         nonlocal newest
         known = newest  # another thread may replace it at any time
-        if known is not None and all(map(is_, known[0], given)):
-            return known[1]
-        result = function(*given)
-        newest = given, result
+        if known is not None and known[0] is first and (not others or all(map(is_, known[1], others))):
+            return known[2]
+        result = function(first, *others)  # type: ignore[call-arg]
+        newest = first, others, result
         return result
 
-    return kept
+    return kept  # type: ignore[return-value]

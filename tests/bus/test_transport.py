@@ -101,6 +101,63 @@ def test_an_alarm_sounds_without_a_tick_and_the_message_is_handed_over_at_the_ne
     table.until(inlet.take, "the message")
 
 
+@pytest.mark.parametrize("taken", [False, True], ids=["the newest is asked for", "somebody takes each"])
+def test_what_is_deferred_arrives_like_what_is_published(pair: Transports, taken: bool) -> None:
+    a, b = KEYS.drive("a"), KEYS.drive("b")
+    table = Pair(*pair, name="player/a")
+    inlet = table.receiver.subscribe(a, sampled=True)
+    every = table.receiver.subscribe(KEYS.drive() if taken else KEYS.report())
+    table.sender.deferring = [a, b]
+    table.one.attach(table.sender)
+    table.ready(a)
+    made: list[float] = []
+
+    def deferred(time: float) -> None:
+        def make() -> list[m.Drive]:
+            made.append(time)
+            return [m.Drive(twist=Twist(time, 0.0)), m.Drive(twist=Twist(-time, 0.0))]
+
+        table.sender.handover(time)
+        table.sender.defer([a, b], make)
+        table.one.send(table.sender.collect())
+
+    for time in (1.0, 2.0, 3.0):
+        deferred(time)
+        if taken:
+            table.until(lambda time=time: every.by_key and every.by_key[a.key].stamp == time, "each message")  # type: ignore[misc]
+    table.until(lambda: (newest := inlet.latest) is not None and newest.stamp == 3.0, "the newest")
+    newest = inlet.latest
+    assert newest is not None
+    assert (newest.key, newest.body, newest.sender[:8]) == (a.key, m.Drive(twist=Twist(3.0, 0.0)), "player/a")
+    assert inlet.latest is newest, "it is made once"
+    if isinstance(table.one, MemoryTransport) and not table.one.strict and not taken:
+        assert made == [1.0, 3.0], (
+            "the first is published, as nobody was asked yet who hears it; the second was not read"
+        )
+    else:
+        assert set(made) == {1.0, 2.0, 3.0}
+
+
+def test_a_strict_transport_refuses_what_depends_on_when_it_is_made() -> None:
+    transport, sender, asker = MemoryTransport(strict=True), Mailbox("world/world"), Mailbox("player/a")
+    topic, speed = KEYS.drive("a"), [0.0]
+    asker.subscribe(topic, sampled=True)
+    sender.deferring = [topic]
+    transport.attach(sender)
+    transport.attach(asker)
+
+    def send() -> None:
+        sender.defer([topic], lambda: [m.Drive(twist=Twist(speed[0], 0.0))])
+        transport.send(sender.collect())
+
+    send()
+    send()
+    send()
+    speed[0] = 1.0
+    with pytest.raises(TypeError, match=r"drive: expected the same message whenever it is made, got .*0\.0.*1\.0"):
+        send()
+
+
 class _Counter(Node):
     """Publishes the number after the greatest that it has heard."""
 

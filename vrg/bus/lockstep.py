@@ -81,7 +81,7 @@ class Lockstep:
         time = self.time
         if self._digested is not None and due_index(time, DIGEST_PERIOD) != self._digests:
             self._digests = due_index(time, DIGEST_PERIOD)
-            self._transport.digests = {}
+            self._transport.begin_digests()
         turn([self._world], Tick(time), self._transport)
         periods = self._complete(time)
         due = [node for node in self._nodes if node.period in periods] if periods else []
@@ -98,9 +98,7 @@ class Lockstep:
             raise RuntimeError("expected a tick that has begun: call begin() first")
         due, self._begun = self._begun, None
         end_turn(due, Tick(self.time), self._transport)
-        if self._digested is not None and self._transport.digests is not None:
-            found = {name: digest.hexdigest() for name, digest in self._transport.digests.items()}
-            self._transport.digests = None
+        if self._digested is not None and (found := self._transport.end_digests()) is not None:
             self._digested(self.time, found)
         self._ticks += 1
 

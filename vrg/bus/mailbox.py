@@ -4,12 +4,13 @@ import contextlib
 import enum
 import logging
 import sys
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final, Generic, TypeVar
 
 from msgspec import Struct
 
 from vrg.bus.codec import Header, Received, decode_body
+from vrg.bus.deferred import Deferred
 from vrg.bus.messages import Message
 from vrg.bus.topics import Qos, Topic
 from vrg.errors import MessageError
@@ -70,9 +71,11 @@ class Inlet(Generic[T]):
         topic: what is subscribed to.
         alarm: called with each message as soon as it arrives; see `Mailbox.subscribe`.
         only: the keys that messages are taken from; None takes them from any that fits, and at most KEYS_LIMIT.
+        sampled: True if only `latest` is asked for.
 
     Attributes:
         by_key: the newest message of each key.
+        source: executor only: the mailbox whose deferred messages are found there, and count before those in `by_key`.
         dropped: the number of bad messages, and of events that came faster than they were taken.
     """
 
@@ -81,11 +84,15 @@ class Inlet(Generic[T]):
         topic: Topic[T],
         alarm: Callable[[Received[T]], None] | None = None,
         only: Collection[str] | None = None,
+        *,
+        sampled: bool = False,
     ) -> None:
         self._keys = set(only or ())
         self._known = only is not None
         self.topic = topic
         self.alarm = alarm
+        self.sampled = sampled
+        self.source: Mailbox | None = None
         self.dropped = 0
         self.by_key: dict[str, Received[T]] = {}
         self.waiting: list[Received[T]] = []
@@ -100,6 +107,8 @@ class Inlet(Generic[T]):
     @property
     def latest(self) -> Received[T] | None:
         """The newest message of all keys of the topic, or None before the first."""
+        if self.source is not None and (deferred := self.source.newest.get(self.topic.key)) is not None:
+            return deferred.of(self.topic.key)  # type: ignore[return-value]
         if self._latest is None and self.by_key:
             self._latest = max(self.by_key.values(), key=_order)
         return self._latest
@@ -215,6 +224,11 @@ class Mailbox:
         flooded: the keys on which their senders, known by their seats, publish far more than a match needs. Events that
             come on them are dropped unread.
         now: the match time of this tick, s.
+        deferring: the topics of which messages may be deferred. A node writes its own here before its first tick.
+        asked: executor only: the keys of these on which nobody takes each message, but some ask for the newest.
+        newest: the newest deferred message of each of these keys, up to the end of the last tick. It is replaced, and
+            never changed.
+        aloud: executor only: True publishes these messages, too.
     """
 
     def __init__(self, sender: str = "") -> None:
@@ -222,6 +236,11 @@ class Mailbox:
         self.inlets: list[Inlet[Message]] = []
         self.flooded: frozenset[str] = frozenset()
         self.now = 0.0
+        self.deferring: Sequence[Topic[Message]] = ()
+        self.asked: frozenset[str] = frozenset()
+        self.newest: Mapping[str, Deferred[Message]] = {}
+        self._deferred: dict[str, Deferred[Message]] = {}
+        self.aloud = False
         self._out: list[Outgoing] = []
         self._sequences: dict[str, int] = {}
 
@@ -230,6 +249,8 @@ class Mailbox:
         topic: Topic[T],
         alarm: Callable[[Received[T]], None] | None = None,
         only: Collection[str] | None = None,
+        *,
+        sampled: bool = False,
     ) -> Inlet[T]:
         """Subscribe the node to a topic. It must be called before the node's first tick.
 
@@ -239,8 +260,10 @@ class Mailbox:
                 an emergency stop, which cannot wait for the end of a tick. It may make a robot safe; it must not
                 publish. Answers to a request after a lost link are only handed over.
             only: the keys of the topic that matter, where they are known.
+            sampled: True if only the newest message is ever asked for, of a topic with one key. It may then be made
+                when it is asked for: see `defer`.
         """
-        inlet = Inlet(topic, alarm, only)
+        inlet = Inlet(topic, alarm, only, sampled=sampled)
         self.inlets.append(inlet)  # type: ignore[arg-type]
         return inlet
 
@@ -256,6 +279,21 @@ class Mailbox:
         received = Received(key, self.now if stamp is None else stamp, sequence, body, self.sender)
         self._out.append(Outgoing(topic, received))
 
+    def defer(self, topics: Sequence[Topic[T]], make: Callable[[], Sequence[T]]) -> None:
+        """Publish a message on each of some topics, of which none need be made before somebody reads one.
+
+        Args:
+            topics: among `deferring`; otherwise the messages are published at once.
+            make: see `Deferred`. It is called at once where somebody takes each message.
+        """
+        deferred = Deferred(topics, self.now, make, self.sender)
+        asked = [topic.key for topic in topics if topic.key in self.asked]
+        self._deferred.update(dict.fromkeys(asked, deferred))  # type: ignore[arg-type]
+        if self.aloud or len(asked) < len(topics):
+            for topic, body in zip(topics, make(), strict=True):
+                if self.aloud or topic.key not in self.asked:
+                    self.publish(topic, body)
+
     def forget(self) -> None:
         """Executor only: drop everything but events, because the world has stepped back in time."""
         for inlet in self.inlets:
@@ -270,6 +308,8 @@ class Mailbox:
 
     def collect(self) -> list[Outgoing]:
         """Executor only: return what was published since the last call."""
+        if self._deferred:
+            self.newest, self._deferred = {**self.newest, **self._deferred}, {}
         out, self._out = self._out, []
         return out
 

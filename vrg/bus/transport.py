@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from vrg.blame import DecisionTimeoutError
-from vrg.bus.codec import decode, encode
+from vrg.bus.codec import Received, content, decode, encode
+from vrg.bus.deferred import Deferred
 from vrg.bus.mailbox import Inlet, Mailbox, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.node import Node, Tick
@@ -96,45 +97,57 @@ _DIGEST = 8
 class MemoryTransport:
     """Carries messages between the mailboxes of one process at once. It uses no threads and no clock.
 
+    Messages that are deferred are not carried where those who hear them ask for the newest only: they find it at its
+    sender. They are carried while digests are wanted, and in a strict transport always.
+
     Args:
         strict: True passes every message through the codec of the bus. `send` then raises MessageError or TypeError for
             one that could not travel over the bus, or would not arrive as it is, such as one with a list in place of a
-            tuple. This is slower.
+            tuple; and for a deferred one that would be another one if it were made later. This is slower.
 
     Attributes:
-        digests: the digest of all that each sender publishes, by its name; None while none is wanted.
+        strict: as above.
     """
 
     def __init__(self, *, strict: bool = False) -> None:
-        self.digests: dict[str, hashlib.blake2b] | None = None
-        self._strict = strict
+        self._digests: dict[str, hashlib.blake2b] | None = None
+        self.strict = strict
+        self._mailboxes: list[Mailbox] = []
+        self._resolved = False
+        self._later: dict[str, tuple[Deferred[Message], Message]] = {}
+        """The deferred messages of the last tick, and those that were sent in their place, by key."""
         self._attached: dict[str, list[_End]] = {}
         self._routes: dict[str, list[_End]] = {}
 
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Bring to a mailbox what it subscribes to."""
+        self._mailboxes.append(mailbox)
         for inlet in mailbox.inlets:
             self._attached.setdefault(inlet.topic.key, []).append((inlet, on_arrival))
         self._routes.clear()
+        self._resolved = False
 
     def receive(self) -> None:
         """Do nothing: what is sent waits in the inlets at once."""
 
     def send(self, outgoing: Sequence[Outgoing]) -> None:
         """Put messages into the inlets that subscribe to them."""
+        if not self._resolved:
+            self._resolve()
         for out in outgoing:
             message = out.message
-            if self.digests is not None:
-                if message.sender not in self.digests:
-                    self.digests[message.sender] = hashlib.blake2b(digest_size=_DIGEST)
-                self.digests[message.sender].update(encode(message))
+            if self._digests is not None:
+                if message.sender not in self._digests:
+                    self._digests[message.sender] = hashlib.blake2b(digest_size=_DIGEST)
+                self._digests[message.sender].update(content(message))
             routes = self._routes.get(message.key)
             if routes is None:
                 routes = self._routes[message.key] = self._route(message.key)
-            if self._strict:
+            if self.strict:
                 arrives = decode(encode(message), out.topic.type, message.key)
                 if arrives.body != message.body:  # `structs.replace` checks no types
                     raise TypeError(f"{message.key}: expected a message that arrives as it is, got {message.body}")
+                self._compare(message)
                 message = arrives
             for inlet, on_arrival in routes:
                 if not inlet.admits(message.key):
@@ -142,6 +155,43 @@ class MemoryTransport:
                 inlet.offer(message)
                 if on_arrival is not None:
                     on_arrival(inlet)
+
+    def begin_digests(self) -> None:
+        """From now on make a digest of all that each sender publishes, also of what nobody takes."""
+        self._digests = {}
+        for mailbox in self._mailboxes:
+            mailbox.aloud = True
+
+    def end_digests(self) -> dict[str, str] | None:
+        """The digests since they were begun, by sender; None if they were not."""
+        if self._digests is None:
+            return None
+        found = {name: digest.hexdigest() for name, digest in self._digests.items()}
+        self._digests = None
+        for mailbox in self._mailboxes:
+            mailbox.aloud = self.strict
+        return found
+
+    def _resolve(self) -> None:
+        """Find the keys on which nobody takes each message, and let those who ask for the newest find it."""
+        self._resolved = True
+        for mailbox in self._mailboxes:
+            ends = {topic.key: self._route(topic.key) for topic in mailbox.deferring}
+            asked = [key for key, of in ends.items() if all(inlet.sampled and not called for inlet, called in of)]
+            mailbox.asked, mailbox.aloud = frozenset(asked), self.strict
+            for inlet in (inlet for key in asked for inlet, _ in ends[key] if not self.strict):
+                inlet.source = mailbox
+
+    def _compare(self, message: Received[Message]) -> None:
+        """Make the deferred message that was sent on this key before once more, now that time has gone on."""
+        if (before := self._later.pop(message.key, None)) is not None:
+            then, sent = before
+            late = Deferred(then.topics, 0.0, then.make, "").of(message.key).body
+            if late != sent:
+                raise TypeError(f"{message.key}: expected the same message whenever it is made, got {sent} and {late}")
+        for mailbox in self._mailboxes:
+            if (deferred := mailbox.newest.get(message.key)) is not None:
+                self._later[message.key] = deferred, message.body
 
     def _route(self, key: str) -> list[_End]:
         wild = (ends for of, ends in self._attached.items() if "*" in of and key_matches(of, key))

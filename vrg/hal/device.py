@@ -9,8 +9,8 @@ import logging
 import threading
 
 from vrg.bus.codec import Received
-from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, Motion, OwnPlace, SensorMessage
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, Motion, OwnPlace
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
@@ -20,7 +20,7 @@ from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.location import FUSION, ODOMETRY, Location
 from vrg.hal.models import RobotModel
 from vrg.hal.permission import REFEREE_TIMEOUT, Permission
-from vrg.hal.readings import Readings, samples_of
+from vrg.hal.readings import Readings, SensorInlets
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
@@ -82,13 +82,8 @@ class Device:
         """What sensors of the robot itself have last measured of its place, by the kind of sensor."""
         self._sent: dict[str, float] = {}
         """The stamps of those that were published last, s, by the kind of sensor."""
-        self._synthesised: list[tuple[str, Inlet[SensorMessage]]] = []
-        if driver.physical:
-            self._synthesised = [
-                (spec.name, mailbox.subscribe(keys.sensor(spec.message, self.name, spec.name)))
-                for spec in driver.features.sensors
-                if spec.synthesised and spec.kind not in driver.measures
-            ]
+        synthesised = [s for s in driver.features.sensors if s.synthesised and s.kind not in driver.measures]
+        self._synthesised = SensorInlets(keys, mailbox, self.name, synthesised if driver.physical else ())
 
     @property
     def features(self) -> RobotModel:
@@ -145,7 +140,7 @@ class Device:
         readings = self._driver.read()
         if self._location is None:
             return readings
-        samples = [*readings.samples, *samples_of(self._synthesised, self._mailbox.now)]
+        samples = [*readings.samples, *self._synthesised.samples()]
         own, odometry = readings.latest(Ins), readings.latest(Odometry)
         if self._location.fused:
             # What players get must not depend on whether the robot has another way to know where it is.

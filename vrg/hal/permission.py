@@ -7,6 +7,8 @@ robot stands, until the referee is heard again.
 This module uses no bus and no clock.
 """
 
+import math
+
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import is_fresh
 from vrg.hal.models import RobotModel
@@ -65,6 +67,11 @@ class Permission:
         if last is None or twist is not last[0] or limit != last[1]:
             last = self._last[robot] = twist, limit, model.limited(twist, limit)
         return last[2]
+
+    @property
+    def holds_until(self) -> float:
+        """The match time up to which `motion` permits the same as it did last, s, if nothing new is heard."""
+        return math.inf if self._heard is None else self._heard + REFEREE_TIMEOUT
 
     def _is_closed(self, now: float) -> bool:
         """True if all are held: the match is halted, the emergency stop is engaged, or the referee is silent."""

@@ -1,31 +1,104 @@
 """The reading of a robot at one instant: its state, and a sample of each of its sensors."""
 
-from collections.abc import Sequence
-from typing import TypeVar
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeVar, overload
 
 from msgspec import Struct
 
-from vrg.bus.mailbox import Inlet
-from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import Sample
+from vrg.bus.codec import Received
+from vrg.bus.deferred import Deferred
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Message, SensorMessage
+from vrg.bus.topics import Keys
+from vrg.hal.sensors.spec import Sample, SensorSpec
 
 S = TypeVar("S", bound=SensorMessage)
 
 
-def samples_of(inlets: Sequence[tuple[str, Inlet[SensorMessage]]], now: float) -> list[Sample[SensorMessage]]:
-    """The newest sample of each sensor that the world simulates.
+class SensorInlets:
+    """Where the readings of the sensors arrive that the world simulates for a robot.
+
+    Args:
+        keys: the keys of the match. mailbox: the mailbox of the player's node.
+        robot: the robot's name. sensors: the specs of these sensors.
+    """
+
+    def __init__(self, keys: Keys, mailbox: Mailbox, robot: str, sensors: Sequence[SensorSpec]) -> None:
+        self._mailbox = mailbox
+        self._inlets = [
+            (spec.name, mailbox.subscribe(keys.sensor(spec.message, robot, spec.name), sampled=True))
+            for spec in sensors
+        ]
+        self._of_kind: dict[type[SensorMessage], list[tuple[str, str]]] = {}
+
+    def samples(self) -> "Samples":
+        """The newest sample of each sensor."""
+        source = next((inlet.source for _, inlet in self._inlets if inlet.source is not None), None)
+        newest = {} if source is None else source.newest
+        told = {i.topic.key: told for _, i in self._inlets if i.topic.key not in newest and (told := i.latest)}
+        return Samples(self, self._mailbox.now, newest, told)
+
+    def of(self, kind: type[SensorMessage]) -> list[tuple[str, str]]:
+        """The names and the keys of the sensors of a kind, by the class of their messages."""
+        found = self._of_kind.get(kind)
+        if found is None:
+            found = [(name, i.topic.key) for name, i in self._inlets if issubclass(i.topic.type, kind)]
+            self._of_kind[kind] = found
+        return found
+
+
+class Samples(Sequence[Sample[SensorMessage]]):
+    """The newest sample of each sensor that the world simulates. Each is made when somebody looks at it.
 
     The age of a sample is the absolute difference of its stamp and now. A stamp far in the future is from before the
     world was set back to a snapshot, so the sample is old.
 
     Args:
-        inlets: the name of each sensor on its robot, and where its readings arrive. now: match time, s.
+        inlets: where they have arrived. now: match time, s. newest, told: the messages, deferred or not, by key.
     """
-    return [
-        Sample(received.stamp, abs(now - received.stamp), received.body, name)
-        for name, inlet in inlets
-        if (received := inlet.latest) is not None
-    ]
+
+    def __init__(
+        self,
+        inlets: SensorInlets,
+        now: float,
+        newest: Mapping[str, Deferred[Message]],
+        told: Mapping[str, Received[SensorMessage]],
+    ) -> None:
+        self._inlets, self._now, self._newest, self._told = inlets, now, newest, told
+
+    def of(self, kind: type[S], name: str | None = None) -> Sample[S] | None:
+        """The first sample of a kind of sensor: see `Readings.latest`."""
+        for own, key in self._inlets.of(kind):
+            if (name is None or own == name) and (sample := self._sample(own, key)) is not None:
+                return sample  # type: ignore[return-value]
+        return None
+
+    def _sample(self, name: str, key: str) -> Sample[SensorMessage] | None:
+        deferred = self._newest.get(key)
+        received: Any = self._told.get(key) if deferred is None else deferred.of(key)
+        if received is None:
+            return None
+        return Sample(received.stamp, abs(self._now - received.stamp), received.body, name)
+
+    def _all(self) -> list[Sample[SensorMessage]]:
+        samples = (self._sample(name, key) for name, key in self._inlets.of(SensorMessage))
+        return [sample for sample in samples if sample is not None]
+
+    @overload
+    def __getitem__(self, index: int) -> Sample[SensorMessage]: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Sample[SensorMessage]]: ...
+    def __getitem__(self, index: int | slice) -> Sample[SensorMessage] | Sequence[Sample[SensorMessage]]:
+        return self._all()[index]
+
+    def __iter__(self) -> Iterator[Sample[SensorMessage]]:
+        return iter(self._all())
+
+    def __len__(self) -> int:
+        return len(self._all())
+
+    def __reduce__(self) -> tuple[type[tuple[Any, ...]], tuple[Any, ...]]:
+        return tuple, (tuple(self),)  # another process gets what they are
 
 
 class Readings(Struct, frozen=True, gc=False):
@@ -58,6 +131,8 @@ class Readings(Struct, frozen=True, gc=False):
         Returns:
             the sample, or None if the robot has no such sensor or the sensor has not reported yet.
         """
+        if isinstance(self.samples, Samples):
+            return self.samples.of(kind, name)
         for sample in self.samples:
             if isinstance(sample.value, kind) and (name is None or sample.name == name):
                 return sample  # type: ignore[return-value]

@@ -2,12 +2,11 @@
 
 import math
 
-from vrg.bus.mailbox import Inlet
-from vrg.bus.messages import Drive, SensorMessage
+from vrg.bus.messages import Drive
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.backends import MatchContext
 from vrg.hal.driver import Driver
-from vrg.hal.readings import Readings, samples_of
+from vrg.hal.readings import Readings, SensorInlets
 from vrg.types import STILL, Twist
 
 AGREE_TIME = 0.5
@@ -36,11 +35,8 @@ class SimDriver(Driver):
         keys, mailbox = context.keys, context.mailbox
         self._mailbox = mailbox
         self._drive_topic = keys.drive(context.name)
-        self._states = mailbox.subscribe(keys.robot_state(context.name))
-        self._sensors: list[tuple[str, Inlet[SensorMessage]]] = [
-            (spec.name, mailbox.subscribe(keys.sensor(spec.message, context.name, spec.name)))
-            for spec in context.model.sensors
-        ]
+        self._states = mailbox.subscribe(keys.robot_state(context.name), sampled=True)
+        self._sensors = SensorInlets(keys, mailbox, context.name, context.model.sensors)
         self._connected = False
         self._armed = False
         self._agreed = 0.0
@@ -94,7 +90,7 @@ class SimDriver(Driver):
             armed=self._armed and state.armed,
             estop=state.estop,
             fault=state.fault,
-            samples=samples_of(self._sensors, self._mailbox.now),
+            samples=self._sensors.samples(),
         )
 
     def stop(self) -> None:

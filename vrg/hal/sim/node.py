@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Mapping
+from functools import partial
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -13,6 +14,7 @@ from vrg.hal.estop import EstopOrders
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import WorldConfig, overlap, place_problems
 from vrg.hal.sim.engines import BULLET, installed
+from vrg.hal.sim.sensors.suite import Frame
 from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
 from vrg.hal.sim.world import World
 from vrg.types import Pose
@@ -61,6 +63,9 @@ class WorldNode(Node):
         self._clock = keys.clock
         self._states = {name: keys.robot_state(name) for name in self.world.virtual}
         self._sensors: dict[tuple[str, str, type[SensorMessage]], Topic[SensorMessage]] = {}
+        for robot, spec in self.world.sensors:
+            self._sensor_of(robot, spec.name, spec.message)
+        mailbox.deferring = [self._poses, self._clock, *self._states.values(), *self._sensors.values()]
 
     @property
     def start_tick(self) -> int:
@@ -77,21 +82,22 @@ class WorldNode(Node):
         if self._started:
             self.world.step()
         self._started = True
-        publish = self.mailbox.publish
-        world = self.world
-        for name, state in world.states():
-            publish(self._states[name], state)
-        for robot, sensor, reading in world.sense():
-            publish(self._sensor_of(robot, sensor, type(reading)), reading)
-        poses = world.poses()
-        publish(self._poses, poses)
-        for body in poses.bodies:
-            if body.physical:
-                publish(self._keys.robot_seen(body.name), MeasuredPose(pose=body.pose, twist=body.twist))
-        publish(
-            self._clock,
-            Clock(time=tick.time, tick=world.tick, epoch=world.epoch, rate=world.config.rate, estop=world.estop),
+        defer, world = self.mailbox.defer, self.world
+        if states := dict(world.states()):
+            defer([self._states[name] for name in states], lambda: list(states.values()))
+        for frame in world.frames():
+            defer([self._sensor_of(*sensor) for sensor in frame.sensors], partial(_in_order, frame))
+        poses = world.poses_later()
+        defer([self._poses], lambda: [poses()])
+        if world.physical:
+            for body in poses().bodies:
+                if body.physical:
+                    seen = MeasuredPose(pose=body.pose, twist=body.twist)
+                    self.mailbox.publish(self._keys.robot_seen(body.name), seen)
+        clock = partial(
+            Clock, time=tick.time, tick=world.tick, epoch=world.epoch, rate=world.config.rate, estop=world.estop
         )
+        defer([self._clock], lambda: [clock()])
 
     def stop(self) -> None:
         """Close the engine."""
@@ -148,6 +154,12 @@ class WorldNode(Node):
         if topic is None:
             topic = self._sensors[robot, sensor, message] = self._keys.sensor(message, robot, sensor)
         return topic
+
+
+def _in_order(frame: Frame) -> list[SensorMessage]:
+    """The readings in the order of their sensors."""
+    made = {(robot, name): reading for robot, name, reading in frame.make()}
+    return [made[robot, name] for robot, name, _ in frame.sensors]
 
 
 def place(world: World, places: Mapping[str, Pose]) -> None:

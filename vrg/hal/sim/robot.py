@@ -3,12 +3,13 @@
 This module uses no bus and no clock.
 """
 
+import math
 from collections import deque
 
 import numpy as np
 import numpy.typing as npt
 
-from vrg.bus.messages import Body, MeasuredPose, RobotState, at_rest
+from vrg.bus.messages import MeasuredPose, RobotState, at_rest
 from vrg.bus.node import CLOCK_SKEW
 from vrg.errors import WorldError
 from vrg.geometry import along_arc
@@ -30,6 +31,8 @@ _LOCKED = "stopped by the emergency stop: disarm it, then arm it"
 _EPS = 1e-9
 
 Floats = npt.NDArray[np.float64]
+BodyMark = tuple[bool, float, float | None, float | None, Uncertainty | None]
+"""The last fields of a `Body`: `physical`, `age`, `rest`, `stands` and `uncertainty`."""
 
 
 class RestTimer:
@@ -125,6 +128,13 @@ class VirtualRobot:
             self._stands = now
         return self.command
 
+    @property
+    def holds_until(self) -> float:
+        """The match time up to which `decide` decides the same as it did last, s, if nothing new is heard."""
+        if self.model.delay:
+            return -math.inf
+        return self._heard + COMMAND_TIMEOUT if self.armed else math.inf
+
     def state(self, now: float, *, estop: bool) -> RobotState:
         """The robot's state at match time `now`."""
         fault = None
@@ -136,9 +146,9 @@ class VirtualRobot:
             fault = _SILENT
         return RobotState(armed=self.armed, estop=estop, fault=fault)
 
-    def body(self, pose: Pose, twist: Twist, now: float) -> Body:
-        """The robot at match time `now`, as the world publishes it."""
-        return Body(self.name, pose, twist, False, 0.0, self._rest.since(twist, now), self._stands)
+    def mark(self, twist: Twist, now: float) -> BodyMark:
+        """What the world publishes of the robot at match time `now` besides its pose and its twist."""
+        return False, 0.0, self._rest.since(twist, now), self._stands, None
 
     def _silent(self, now: float) -> bool:
         """True if it is armed and its player has sent no command for longer than COMMAND_TIMEOUT."""
@@ -201,11 +211,10 @@ class Ghost:
         pose = Pose(max(-_FAR, min(pose.x, _FAR)), max(-_FAR, min(pose.y, _FAR)), pose.theta)
         return pose, self._twist if age <= EXTRAPOLATE else STILL
 
-    def body(self, pose: Pose, twist: Twist, now: float) -> Body:
-        """The robot at match time `now`, as the world publishes it."""
+    def mark(self, twist: Twist, now: float) -> BodyMark:
+        """What the world publishes of the robot at match time `now` besides its pose and its twist."""
         age = self.age(now)
-        rest = self._rest.since(twist, now, known=age <= EXTRAPOLATE)
-        return Body(self.name, pose, twist, True, age, rest, None, self.uncertainty)
+        return True, age, self._rest.since(twist, now, known=age <= EXTRAPOLATE), None, self.uncertainty
 
 
 class Batteries:

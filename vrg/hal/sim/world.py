@@ -6,20 +6,22 @@ the robot lacks.
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from vrg.bus.messages import MeasuredPose, Poses, RefereeState, RobotState
+from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import RobotModel
 from vrg.hal.permission import Permission
+from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.robot import Batteries, Ghost, VirtualRobot
 from vrg.hal.sim.sensors.base import Instant, Measured, Surroundings
-from vrg.hal.sim.sensors.suite import SensorSuite
+from vrg.hal.sim.sensors.suite import Frame, SensorSuite
 from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
 from vrg.types import Pose, Twist
 
@@ -75,6 +77,10 @@ class World:
         self._virtual = {robot.name: robot for robot in self._robots if isinstance(robot, VirtualRobot)}
         self._pictures = {setup.name: math.inf for setup in config.robots if setup.camera}
         """The match time until which pictures of a robot's camera are requested, s."""
+        self._settled_until = -math.inf
+        """The match time up to which every robot goes on as it was last decided, s, if the world hears nothing new."""
+        self._decided = True
+        """True if it was decided again what the robots do since their states were last asked for."""
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
         used = np.array([before[name].energy_used if name in before else 0.0 for name in engine.names])
@@ -102,6 +108,16 @@ class World:
     def virtual(self) -> list[str]:
         """The names of the virtual robots, in the same order."""
         return list(self._virtual)
+
+    @property
+    def physical(self) -> list[str]:
+        """The names of the physical robots, in the same order."""
+        return list(self._ghosts)
+
+    @property
+    def sensors(self) -> list[tuple[str, SensorSpec]]:
+        """The sensors that are simulated: the name of the robot, and the spec of each."""
+        return self._sensors.mounted
 
     def robot(self, name: str) -> VirtualRobot:
         """The virtual robot of this name.
@@ -134,6 +150,7 @@ class World:
         """Take in a drive command. One for a robot that is not in the world is ignored."""
         if name in self._virtual:
             self._virtual[name].drive(self.time, twist, armed=armed, estop=self.estop)
+            self._settled_until = -math.inf
 
     def measure(self, name: str, measured: MeasuredPose, stamp: float) -> None:
         """Take in a measured pose of a physical robot. One that is older than the newest changes nothing.
@@ -154,6 +171,7 @@ class World:
         """Take in the referee's limit of a robot's speed, m/s. One for a robot that is not in the world is ignored."""
         if name in self._virtual:
             self._permission.limit(name, v_max)
+            self._settled_until = -math.inf
 
     def ask_camera(self, name: str, lease: float) -> None:
         """Take pictures of a robot's camera for `lease` seconds of match time. An unknown robot is ignored.
@@ -165,7 +183,7 @@ class World:
 
     def engage(self, engaged: bool) -> None:
         """Latch or release the emergency stop. After a release no robot moves until it is armed again."""
-        self.estop = engaged
+        self.estop, self._settled_until = engaged, -math.inf
         if engaged:
             for robot in self._virtual.values():
                 robot.stop()
@@ -173,6 +191,7 @@ class World:
     def referee(self, state: RefereeState, stamp: float) -> None:
         """Take in the referee's state of match time `stamp`, s."""
         self._permission.hear(stamp, state)
+        self._settled_until = -math.inf
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a virtual robot somewhere else, at rest, where there must be room for it.
@@ -189,11 +208,8 @@ class World:
         """Advance by one tick."""
         self.tick += 1
         engine, now = self._engine, self.time
-        for name, robot in self._virtual.items():
-            before = robot.command
-            command = robot.decide(now, self._permission, estop=self.estop)
-            if command != before:
-                engine.command(name, command)
+        if now > self._settled_until:
+            self._decide(now)
         for name, ghost in self._ghosts.items():
             engine.move(name, *ghost.at(now))
         engine.step(self.config.tick)
@@ -201,18 +217,34 @@ class World:
             self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities)
             self._find_empty()
 
+    def _decide(self, now: float) -> None:
+        """Decide what each virtual robot does at match time `now`, s."""
+        for name, robot in self._virtual.items():
+            before = robot.command
+            command = robot.decide(now, self._permission, estop=self.estop)
+            if command != before:
+                self._engine.command(name, command)
+        held = [robot.holds_until for robot in self._virtual.values()]
+        self._settled_until, self._decided = min(self._permission.holds_until, *held, math.inf), True
+
     def reseed(self, seed: int) -> None:
         """Let all noise depend on another seed from now on."""
         self._sensors.reseed(seed)
 
     def sense(self) -> list[Measured]:
         """The readings of all sensors that are due at this tick. It must be called once per tick."""
-        return self._sensors.sense(self._instant(), range_finders=self.config.lasers)
+        return [reading for frame in self.frames() for reading in frame.make()]
+
+    def frames(self) -> list[Frame]:
+        """As `sense`, but those that can be made later are not made yet. Only one of the two is called at a tick."""
+        return self._sensors.frames(self._instant(), range_finders=self.config.lasers)
 
     def states(self) -> list[tuple[str, RobotState]]:
         """The states of the virtual robots: those that have changed, and all of them every STATE_PERIOD."""
-        now, estop = self.time, self.estop
         regular = self.tick % self._state_ticks == 0
+        if not self._decided:
+            return list(self._said.items()) if regular else []
+        now, estop, self._decided = self.time, self.estop, False
         states = [(name, robot.state(now, estop=estop)) for name, robot in self._virtual.items()]
         news = [(name, state) for name, state in states if regular or self._said.get(name) != state]
         self._said |= dict(news)
@@ -220,9 +252,19 @@ class World:
 
     def poses(self) -> Poses:
         """The true poses of all virtual robots and the assumed poses of the physical ones."""
-        now, engine = self.time, self._engine
-        rows = zip(self._robots, engine.poses.tolist(), engine.velocities.tolist(), strict=True)
-        return Poses(bodies=tuple(robot.body(Pose(*pose), Twist(*velocity), now) for robot, pose, velocity in rows))
+        return self.poses_later()()
+
+    def poses_later(self) -> Callable[[], Poses]:
+        """A function that returns what `poses` returns now, at any time."""
+        now, places = self.time, self._engine.poses.copy()
+        twists = [Twist(*velocity) for velocity in self._engine.velocities.tolist()]
+        marks = [robot.mark(twist, now) for robot, twist in zip(self._robots, twists, strict=True)]
+
+        def make() -> Poses:
+            rows = zip(self._robots, places.tolist(), twists, marks, strict=True)
+            return Poses(bodies=tuple(Body(r.name, Pose(*at), twist, *mark) for r, at, twist, mark in rows))
+
+        return make
 
     def snapshot(self) -> WorldSnapshot:
         """The snapshot from which a restarted world goes on."""
@@ -270,3 +312,4 @@ class World:
         charges = self._batteries.charge.tolist()
         for robot in self._virtual.values():
             robot.empty = charges[robot.row] <= 0.0
+        self._settled_until = -math.inf

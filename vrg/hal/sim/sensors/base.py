@@ -7,8 +7,8 @@ random generators, and no robot's noise depends on which other robots take part.
 import math
 import zlib
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -124,13 +124,24 @@ class Instant:
     charge: Floats
     cameras: Collection[str] = ()
 
+    def kept(self) -> "Instant":
+        """The same, in arrays that the engine does not change."""
+        poses, velocities, angles = self.poses.copy(), self.velocities.copy(), self.angles.copy()
+        return replace(self, poses=poses, velocities=velocities, angles=angles, touch=tuple(self.touch))
+
 
 class SensorSimulation(Generic[P]):
     """Simulates all sensors of one kind in a world. Its results depend on its ticks and the seed alone.
 
     Args:
         mounted: all these sensors. now: the state of the robots before the first tick.
+
+    Attributes:
+        deferrable: True if what `sense` returns depends on the instant and the seed alone, and has a reading for each
+            sensor that is due. It is then called when somebody wants a reading of that instant, if ever.
     """
+
+    deferrable: ClassVar[bool] = False
 
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[P]], now: Instant) -> None:
         self.surroundings = surroundings
@@ -140,7 +151,8 @@ class SensorSimulation(Generic[P]):
         """Every reading is due at a multiple of this many ticks."""
 
     def sense(self, now: Instant) -> list[Measured]:
-        """The readings of the sensors that are due at this tick, one after the other. It is called once per tick."""
+        """The readings of the sensors that are due at this tick, one after the other. It is called once per tick,
+        unless it is `deferrable`."""
         return [(m.robot, m.spec.name, self.measure(m, now)) for m in self.due(now)]
 
     def measure(self, mounted: Mounted[P], now: Instant) -> SensorMessage:
@@ -161,10 +173,14 @@ class SensorSimulation(Generic[P]):
     def recall(self, robot: str, remembered: Any) -> None:
         """Go on from what `remember` returned."""
 
+    def may_be_due(self, tick: int) -> bool:
+        """False if no reading is due at a tick."""
+        return tick % self._beat == 0
+
     def due(self, now: Instant) -> list[Mounted[P]]:
         """The sensors whose reading is due at this tick and does not drop out."""
         tick = now.tick
-        if tick % self._beat:
+        if not self.may_be_due(tick):
             return []
         return [m for every, m in self._schedule if tick % every == 0 and self._comes(m, now)]
 

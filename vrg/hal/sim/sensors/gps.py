@@ -25,6 +25,8 @@ _FAR = 1e3
 class GpsSimulation(SensorSimulation[GpsSpec]):
     """Simulates all GPS receivers of a world. The satellites are the same for all of them."""
 
+    deferrable = True
+
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[GpsSpec]], now: Instant) -> None:
         super().__init__(surroundings, mounted, now)
         rng = generator(surroundings.seed, "sky", "gps")

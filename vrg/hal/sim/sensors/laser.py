@@ -19,6 +19,8 @@ _BLOCK = 64
 class LaserSimulation(SensorSimulation[LaserSpec]):
     """Simulates all laser range finders of a world. They see the map and all robots, physical ones included."""
 
+    deferrable = True
+
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[LaserSpec]], now: Instant) -> None:
         super().__init__(surroundings, mounted, now)
         self._static = Edges(surroundings.map_.edges)

@@ -16,6 +16,8 @@ from vrg.types import Pose
 class BatterySimulation(SensorSimulation[BatterySpec]):
     """Simulates gauges without noise: they tell the true charge."""
 
+    deferrable = True
+
     def measure(self, mounted: Mounted[BatterySpec], now: Instant) -> Battery:
         """The charge of a robot's battery."""
         return Battery(charge=float(now.charge[mounted.row]))
@@ -23,6 +25,8 @@ class BatterySimulation(SensorSimulation[BatterySpec]):
 
 class TouchSimulation(SensorSimulation[TouchSpec]):
     """Simulates bumpers: they tell which of them are pressed."""
+
+    deferrable = True
 
     def measure(self, mounted: Mounted[TouchSpec], now: Instant) -> Touch:
         """The bumpers of a robot: bit n of its contacts is bumper n."""
@@ -33,6 +37,8 @@ class TouchSimulation(SensorSimulation[TouchSpec]):
 class EncodersSimulation(SensorSimulation[EncodersSpec]):
     """Simulates encoders: they count the turns of the wheels."""
 
+    deferrable = True
+
     def measure(self, mounted: Mounted[EncodersSpec], now: Instant) -> Encoders:
         """The counts of a robot's encoders."""
         per_rad = mounted.spec.ticks / math.tau
@@ -42,6 +48,8 @@ class EncodersSimulation(SensorSimulation[EncodersSpec]):
 
 class InsSimulation(SensorSimulation[InsSpec]):
     """Simulates inertial navigation systems: they measure the robots' true poses plus noise."""
+
+    deferrable = True
 
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[InsSpec]], now: Instant) -> None:
         super().__init__(surroundings, mounted, now)

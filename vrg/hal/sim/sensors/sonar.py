@@ -13,6 +13,8 @@ from vrg.portable.scalars import cos_sin
 class SonarSimulation(SensorSimulation[SonarSpec]):
     """Simulates all ultrasonic rings of a world. They hear the map and all robots, physical ones included."""
 
+    deferrable = True
+
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[SonarSpec]], now: Instant) -> None:
         super().__init__(surroundings, mounted, now)
         self._static = Edges(surroundings.map_.edges)

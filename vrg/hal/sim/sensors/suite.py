@@ -1,11 +1,25 @@
 """All sensors of a world: each kind's simulation, found by the specs of the robots' models."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
+from vrg.bus.messages import SensorMessage
 from vrg.errors import ConfigError
+from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.registry import load_object
+
+
+class Frame(NamedTuple):
+    """The readings of one kind of sensor at one instant, which can be made now or later.
+
+    Args:
+        sensors: the robot, the name and the class of the message of each. make: returns them, in any order.
+    """
+
+    sensors: list[tuple[str, str, type[SensorMessage]]]
+    make: Callable[[], list[Measured]]
 
 
 class SensorSuite:
@@ -32,6 +46,11 @@ class SensorSuite:
             target: _load(target)(surroundings, sensors, now) for target, sensors in mounted.items()
         }
 
+    @property
+    def mounted(self) -> list[tuple[str, SensorSpec]]:
+        """The sensors that are simulated: the name of the robot, and the spec of each."""
+        return [(m.robot, m.spec) for simulation in self._simulations.values() for m in simulation.mounted]
+
     def reseed(self, seed: int) -> None:
         """Let the noise depend on another seed from now on."""
         self._surroundings.seed = seed
@@ -42,11 +61,27 @@ class SensorSuite:
         Args:
             range_finders: False leaves the range finders out.
         """
-        readings: list[Measured] = []
+        return [reading for frame in self.frames(now, range_finders=range_finders) for reading in frame.make()]
+
+    def frames(self, now: Instant, *, range_finders: bool = True) -> list[Frame]:
+        """The readings of all sensors that are due at this tick, by kind; as `sense`, in place of which it is called.
+
+        Readings that can be made later are not yet made.
+        """
+        frames: list[Frame] = []
+        kept: Instant | None = None
         for simulation in self._simulations.values():
-            if range_finders or not simulation.mounted[0].spec.range_finder:
-                readings += simulation.sense(now)
-        return readings
+            if not range_finders and simulation.mounted[0].spec.range_finder:
+                continue
+            if not simulation.deferrable:
+                if readings := simulation.sense(now):
+                    sensors = [(robot, name, type(reading)) for robot, name, reading in readings]
+                    frames.append(Frame(sensors, lambda readings=readings: readings))  # type: ignore[misc]
+            elif simulation.may_be_due(now.tick) and (due := simulation.due(now)):
+                kept = kept or now.kept()
+                make = partial(_made, simulation, kept, self._surroundings, self._surroundings.seed)
+                frames.append(Frame([(m.robot, m.spec.name, m.spec.message) for m in due], make))
+        return frames
 
     def placed(self, robot: str) -> None:
         """Tell every simulation that a robot was put somewhere else, at rest."""
@@ -68,6 +103,15 @@ class SensorSuite:
         for target, data in remembered.items():
             if target in self._simulations:
                 self._simulations[target].recall(robot, data)
+
+
+def _made(simulation: SensorSimulation[Any], then: Instant, surroundings: Surroundings, seed: int) -> list[Measured]:
+    """The readings of an instant, by the seed that the noise then depended on."""
+    newer, surroundings.seed = surroundings.seed, seed
+    try:
+        return simulation.sense(then)
+    finally:
+        surroundings.seed = newer
 
 
 def _load(target: str) -> type[SensorSimulation[Any]]:
