@@ -3,11 +3,11 @@
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.agents.bench import KEYS, Bench, referee_state
 from tests.hal.fake_driver import MODEL, POSE
@@ -310,7 +310,7 @@ def test_what_cannot_be_told_is_left_out(bench: Bench[Ahead], action: Action, ca
     bench.sent()
     good: dict[str, Any] = {"sketch": []} if action.sketch is None else {"bids": {"b": 1.0}}
     told = [m.Sketch(strokes=())] if "sketch" in good else [m.Bid(lot="b", cost=1.0)]
-    assert telling(bench, replace(action, **good)) == told
+    assert telling(bench, structs.replace(action, **good)) == told
     said = r"Ahead\.act: (bids|sightings|sketch) left out: .+ \(.*, line \d+, in act\)"
     assert re.fullmatch(said, caplog.messages[0])
 

@@ -131,6 +131,8 @@ class Telling:
         Args:
             place: where the player measures itself to be, m.
         """
+        if action.say is None and action.sketch is None and not (action.sightings or action.bids):
+            return []
         payload, problems = sendable(action)
         if payload.say is not None:
             self._radio.say(payload.say, place)

@@ -2,8 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
+
+from msgspec import Struct, structs
 
 from vrg.agents.radio import TeamMessage
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
@@ -16,8 +17,7 @@ from vrg.regions import Region
 from vrg.types import STILL, Pose, Twist, Uncertainty, Vector
 
 
-@dataclass(frozen=True)
-class Action:
+class Action(Struct, frozen=True, gc=False):
     """The decision of a player at one tick.
 
     Args:
@@ -32,12 +32,11 @@ class Action:
     twist: Twist = STILL
     say: Any = None
     sightings: Sequence[Sighting] = ()
-    bids: Mapping[str, float | None] = field(default_factory=dict)
+    bids: Mapping[str, float | None] = {}
     sketch: Sequence[Stroke] | None = None
 
 
-@dataclass(frozen=True)
-class View:
+class View(Struct, frozen=True, gc=False):
     """The knowledge of a player at one tick.
 
     Args:
@@ -196,4 +195,4 @@ def action_of(answer: object) -> Action:
         plain = Twist(float(twist.v), float(twist.w), float(twist.side))
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"expected a Twist of numbers, got {twist!r}") from None
-    return replace(action, twist=plain)
+    return structs.replace(action, twist=plain)

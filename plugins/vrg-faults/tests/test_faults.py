@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -189,7 +188,7 @@ def _deaf_player(self: Player, tick: Tick, referee: Received[RefereeState] | Non
 
 
 def _careless(self: Player, view: View, action: Action) -> None:
-    DRIVE(self, replace(view, me=msgspec.structs.replace(view.me, may_move=True)), action)
+    DRIVE(self, msgspec.structs.replace(view, me=msgspec.structs.replace(view.me, may_move=True)), action)
 
 
 def _for_ever(self: Device, now: float) -> Twist | None:

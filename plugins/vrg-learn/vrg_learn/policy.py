@@ -8,7 +8,7 @@ import io
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Final
 
@@ -245,7 +245,7 @@ class PolicyPlayer(Strategy):
         if not playing:
             return action
         seen = observe(view, self._learning)
-        return replace(action, twist=twist_of(self.policy.means(seen[None])[0], self._limits))
+        return msgspec.structs.replace(action, twist=twist_of(self.policy.means(seen[None])[0], self._limits))
 
     def _own(self, role: str) -> Strategy:
         """The strategy that comes with the game for a role."""

@@ -1,6 +1,6 @@
 """The strategy of a player that a program drives from outside."""
 
-from dataclasses import replace
+from msgspec import structs
 
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
 from vrg.hal.models import RobotModel
@@ -39,4 +39,4 @@ class Puppet(RemoteStrategy):
         """The motion that was set, with what the teller tells."""
         if self.teller is None:
             return Action(self.twist)
-        return replace(decided(self.teller, view)[0], twist=self.twist)
+        return structs.replace(decided(self.teller, view)[0], twist=self.twist)

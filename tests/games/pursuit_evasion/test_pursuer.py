@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import pytest
 from msgspec import structs
@@ -152,10 +151,10 @@ def test_it_drives_to_its_post_before_the_round() -> None:
     me = referee.player("p0")
     assert me is not None
     assert me.may_move
-    begin = replace(view(1.0, pose=away), referee=referee, me=me)
+    begin = structs.replace(view(1.0, pose=away), referee=referee, me=me)
     player = pursuer()
     player.act(begin)
-    twist = player.act(replace(begin, time=1.1)).twist
+    twist = player.act(structs.replace(begin, time=1.1)).twist
     assert twist != STILL
     assert player.mode == "Pursuer/Return"
 

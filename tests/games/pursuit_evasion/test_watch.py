@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,7 +134,7 @@ def test_who_does_not_know_where_it_is_takes_no_snapshot() -> None:
         unsure = Uncertainty(error**2, 0.0, error**2, turn**2)
         for _ in range(10):
             time += 0.1
-            watch.look(replace(view(time), uncertainty=unsure), standing=True)
+            watch.look(structs.replace(view(time), uncertainty=unsure), standing=True)
         assert (watch.own is not None) == known
 
 
@@ -143,7 +142,9 @@ def test_who_is_unsure_where_it_is_is_unsure_of_what_it_sees() -> None:
     scene, seen = together(SCENE, box(4.0, 5.0, 0.3)), []
     for error in (0.0, 0.2):
         watch = watching()
-        watch.look(replace(view(1.1, scene), uncertainty=Uncertainty(error**2, 0.0, error**2, 0.0)), standing=True)
+        watch.look(
+            structs.replace(view(1.1, scene), uncertainty=Uncertainty(error**2, 0.0, error**2, 0.0)), standing=True
+        )
         seen += watch.fresh
     assert seen[1].xx - seen[0].xx == pytest.approx(0.04)
     assert seen[1].yy - seen[0].yy == pytest.approx(0.04)
@@ -258,7 +259,7 @@ def test_a_halt_is_no_time_for_a_course(watch: IntruderDetector) -> None:
         watch.look(view(time, together(SCENE, box(3.0 + 0.07 * i, 5.0, 0.0))), standing=True)
     before = watch.tracker.tracks[0].line.at(2.1)
     after = view(32.1, together(SCENE, box(3.7, 5.0, 0.0)))
-    after = replace(after, referee=structs.replace(after.referee, total=2.1))
+    after = structs.replace(after, referee=structs.replace(after.referee, total=2.1))
     watch.look(after, standing=True)
     (track,) = watch.tracker.tracks
     assert track.line.at(32.1) == pytest.approx(before, abs=0.1)

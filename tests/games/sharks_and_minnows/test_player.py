@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -108,7 +107,7 @@ def test_a_shark_goes_for_a_minnow_that_it_meets_before_the_safe_zone_and_not_in
 def test_a_shark_keeps_its_speed_up_to_the_tag_but_not_before_a_minnow_that_stands() -> None:
     for velocity, least, most in (((0.0, 0.6), 0.65, 0.7), ((0.0, 0.0), 0.0, 0.5)):
         view = view_of((5.0, 10.0), [status("m", "minnow", (5.0, 10.88))], {"m": velocity})
-        view = replace(view, pose=Pose(5.0, 10.0, math.pi / 2))
+        view = structs.replace(view, pose=Pose(5.0, 10.0, math.pi / 2))
         assert least <= SharksAndMinnowsPlayer("shark", P2AT).act(view).v <= most
 
 
@@ -148,13 +147,13 @@ def test_a_state_without_poses_has_no_berths() -> None:
 def test_a_minnow_that_is_home_makes_room_behind_it() -> None:
     here = (2.0, 3.3)
     me, shark = status("shark", "minnow", here), status("s", "shark", (5.0, 19.0))
-    view = replace(view_of(here, [me, shark], {}), me=me)
-    view = replace(view, referee=structs.replace(view.referee, players=(me, shark)))
+    view = structs.replace(view_of(here, [me, shark], {}), me=me)
+    view = structs.replace(view, referee=structs.replace(view.referee, players=(me, shark)))
     minnow = SharksAndMinnowsPlayer("shark", P2AT)
     minnow.act(view)
     assert minnow.act(view) != STILL
     assert minnow.mode == "Minnows/Safe"
-    there = replace(view, pose=Pose(*scene(view.referee, {}).berths["shark"], 0.0))
+    there = structs.replace(view, pose=Pose(*scene(view.referee, {}).berths["shark"], 0.0))
     assert minnow.act(there) == STILL
 
 
@@ -172,5 +171,5 @@ def test_a_player_takes_its_top_speed_from_play_and_not_from_the_line_up() -> No
         moving = Odometry(pose=Pose(0.0, 0.0, 0.0), twist=Twist(0.7 if lining_up else 0.45, 0.0))
         readings = Readings(stamp=0.0, age=0.0, armed=True, estop=False, samples=[Sample(0.0, 0.0, moving, "odometry")])
         me = structs.replace(view.me, mark=Pose(5.0, 19.0, 0.0) if lining_up else None)
-        shark.act(replace(view, time=0.1 * number, readings=readings, me=me))
+        shark.act(structs.replace(view, time=0.1 * number, readings=readings, me=me))
     assert shark._top_speed.value == pytest.approx(0.45, rel=0.02)
