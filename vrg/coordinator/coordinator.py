@@ -9,6 +9,7 @@ from typing import Any
 
 from msgspec import structs
 
+from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     EMERGENCY_STOP,
@@ -17,6 +18,7 @@ from vrg.bus.messages import (
     Estop,
     OfficialAction,
     Placed,
+    Poses,
     Recover,
     RefereeState,
     SpeedLimit,
@@ -106,9 +108,10 @@ class Coordinator(Node):
         self._bodies: dict[str, Body] = {}
         self._limits = _limits(book)
         self._names = self.match.names
-        self._poses = mailbox.subscribe(keys.poses)
+        self._poses = mailbox.subscribe(keys.poses, sampled=True)
+        self._looked: Received[Poses] | None = None
         self._located = mailbox.subscribe(keys.robot_pose(), only=[keys.robot_pose(name).key for name in fused])
-        self._clock = mailbox.subscribe(keys.clock)
+        self._clock = mailbox.subscribe(keys.clock, sampled=True)
         self._disqualify = disqualify
         self._bids = mailbox.subscribe(keys.bid(), only=[keys.bid(name).key for name in self._names])
         self._sightings = mailbox.subscribe(keys.sightings(), only=[keys.sightings(name).key for name in self._names])
@@ -189,10 +192,11 @@ class Coordinator(Node):
     def _look(self, now: float) -> None:
         offers = _at_most(OFFERS_LIMIT, [Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()])
         sightings = [(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen]
-        looks = self._poses.take()
-        if not looks:
+        received = self._poses.latest
+        if received is None or received is self._looked:
             self._field = replace(self._field, offers=offers, sightings=sightings)
-        for received in looks:
+        else:
+            self._looked = received
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
             self._bodies = bodies
             moving = frozenset(name for name, body in bodies.items() if not at_rest(body.twist))

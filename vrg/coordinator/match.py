@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct, structs
 
-from vrg.bus.messages import TIME_LIMIT, Call, OfficialAction, PlayerStatus, RefereeState, Stage, shortened
+from vrg.bus.messages import TIME_LIMIT, Call, OfficialAction, PlayerStatus, RefereeState, Stage, Zone, shortened
 from vrg.coordinator import disqualifying, pushing
 from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
@@ -89,6 +89,10 @@ class Match:
         self.game = book.initial()
         self._before: Observation | None = None
         self._place_at = book.lineup_limit
+        self._ground: tuple[Any, tuple[Zone, ...]] | None = None
+        """A state of the game, and the zones in it."""
+        self._plain: tuple[Any, dict[str, Any]] | None = None
+        """A state of the game, and it as plain data: most ticks do not change it."""
         self.names = [player.name for player in book.statuses(self.game, self.stage, Observation({}))]
         if standing is not None:
             self._take_up(standing)
@@ -97,7 +101,7 @@ class Match:
 
     def judge_by(self, book: RuleBook[Any]) -> None:
         """Judge by another rule book of the same game from now on."""
-        self._book = book
+        self._book, self._ground = book, None
 
     @property
     def halted(self) -> str | None:
@@ -159,6 +163,8 @@ class Match:
 
     def standing(self) -> Checkpoint:
         """The standing of the match, for the journal."""
+        if self._plain is None or self._plain[0] is not self.game:
+            self._plain = self.game, msgspec.to_builtins(self.game)
         return Checkpoint(
             stage=self.stage,
             halted=self.halted,
@@ -167,7 +173,7 @@ class Match:
             in_stage=round(self.in_stage, 6),
             calls=self.calls,
             winner=self.winner,
-            game=msgspec.to_builtins(self.game),
+            game=self._plain[1],
             ended=self._ended,
             pushed=dict(self._pushed),
         )
@@ -178,6 +184,8 @@ class Match:
         if estop or self._reasons:
             players = standing_still(players)
         limit = self._book.time_limit(self.game)
+        if self._ground is None or self._ground[0] is not self.game:
+            self._ground = self.game, tuple(self._book.zones(self.game))
         return RefereeState(
             game=self._book.name,
             stage=self.stage,
@@ -191,7 +199,7 @@ class Match:
             rounds=self.rounds,
             score=self._book.score(self.game),
             players=players,
-            zones=tuple(self._book.zones(self.game)),
+            zones=self._ground[1],
             auctions=tuple(self.game.auctions[lot] for lot in sorted(self.game.auctions)),
             objects=tuple(self.game.objects),
             numbers={**self.game.numbers, **({} if limit is None else {TIME_LIMIT: limit})},

@@ -83,7 +83,7 @@ class GameState(Struct, frozen=True, kw_only=True):
 
     def with_points(self, team: str, points: int) -> Self:
         """The same, but with this many points of a team."""
-        return structs.replace(self, points={**self.points, team: points})
+        return structs.replace(self, points={**self.points, team: points}) if self.points.get(team) != points else self
 
 
 S = TypeVar("S", bound=GameState)
