@@ -19,14 +19,19 @@ import msgspec
 import pytest
 
 from vrg.agents.messages import Payload
+from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import ForfeitError, Strategy, View
 from vrg.blame import DecisionTimeoutError
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.config.loading import load_match
+from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, write_setup
+from vrg.coordinator.match import Match
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import LaunchError, StrategyError
 from vrg.hal.models import robot_model
+from vrg.hal.readings import Readings
 from vrg.launch.fork_server import Child, ForkServer, fork_server
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.remote.wire import frame
@@ -44,7 +49,7 @@ from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Digest, Line, Missed, StepLog, Unmade, read_steps
 from vrg.testing.command_line import invoke
 from vrg.testing.tiny import TINY
-from vrg.types import Twist
+from vrg.types import Pose, Twist
 
 MATCH = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "odd.py:Odd"')
 ODD = """
@@ -271,8 +276,10 @@ class ByHand(ForkServer, Child):
     pid = 0
 
 
-def seen(setup: MatchSetup, **more: object) -> Any:
-    return SimpleNamespace(time=1.0, robot=setup.player("ann").robot, obstacles=(), **more)
+def seen(setup: MatchSetup, long: bytes = b"") -> View:
+    robot, referee = setup.player("ann").robot, Match(rulebook_of(setup)).state(Observation({}), estop=False)
+    readings, heard = Readings(1.0, 0.0, armed=True, estop=False), [TeamMessage("bob", 1.0, long)]
+    return View(1.0, referee.players[0], readings, referee, {}, robot, Pose(0.0, 0.0, 0.0), heard)
 
 
 def test_the_process_of_a_strategy_gets_no_seed_not_even_in_the_text_of_the_match(home: Path) -> None:
@@ -288,7 +295,7 @@ def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(ho
     setup, now, written, process = load_match(home / "tiny.toml"), [0.0], list[Line](), ByHand()
     options: Any = {"sealed": False, "deadline": 0.0, "write": written.append, "now": lambda: now[0]}
     strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options).made()
-    view = seen(setup, picture=bytes(5_000_000))
+    view = seen(setup, bytes(5_000_000))
     for now[0] in (0.0, BUDGET):
         strategy.send(view)
         with pytest.raises(ForfeitError):
@@ -367,7 +374,7 @@ def test_where_it_is_not_asked_only_its_players_process_finds_that_it_hangs_or_h
 def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
     strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False).made()
-    view = seen(setup, picture=bytes(5_000_000))
+    view = seen(setup, bytes(5_000_000))
     process.theirs.sendall(frame(Decision((0.1, 0.0, 0.0), Payload(), "-")))
     strategy.send(view)
     assert strategy.act(view).twist.v == 0.1

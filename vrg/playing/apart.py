@@ -13,14 +13,13 @@ import contextlib
 import logging
 import math
 import os
-import pickle
 import signal
 import threading
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Final, Self
 
 import msgspec
 
@@ -39,6 +38,7 @@ from vrg.launch.remote.wire import BANNER, Frames
 from vrg.launch.sandbox.excess import excess
 from vrg.playing import strategy_process
 from vrg.playing.elsewhere import assignment_elsewhere
+from vrg.playing.question import packed
 from vrg.playing.strategy_process import Answer, Assignment, Decision, Failed
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Line, Missed
@@ -285,11 +285,9 @@ class SubprocessStrategy(SteppedStrategy):
             return
         if self._channel.backlog and not self._channel.closed:
             self._end("it answers questions that it has not read")  # what waits for it must not become more and more
-        fields: dict[str, Any] = dict(vars(view))
-        if view.robot is self._known:
-            del fields["robot"], fields["obstacles"]  # the longest parts, and always the same
+        data = packed(view, self._known)
         self._known, self._since = view.robot, self._now()
-        self._send(pickle.dumps(fields, pickle.HIGHEST_PROTOCOL))
+        self._send(data)
 
     def _send(self, data: bytes) -> None:
         self._channel.send_bytes(len(data).to_bytes(4, "big") + data)

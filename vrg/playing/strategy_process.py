@@ -1,21 +1,19 @@
 """The process of a strategy that decides apart from its match: it makes the strategy, and answers each view.
 
-`vrg.playing.apart` is the side of the match. From there come an `Assignment` as JSON and then views, which are
-pickled. Back go messages of `Answer` as MessagePack, and nothing that would be run: a student's code may write there,
-too. Four bytes before each tell its length, the most significant first.
+`vrg.playing.apart` is the side of the match. From there come an `Assignment` as JSON and then views, as
+`vrg.playing.question` packs them. Back go messages of `Answer` as MessagePack, and nothing that would be run: a
+student's code may write there, too. Four bytes before each tell its length, the most significant first.
 """
 
 import contextlib
 import logging
 import os
-import pickle
 import signal
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
 
 import msgspec
 from msgspec import Struct
@@ -31,6 +29,7 @@ from vrg.launch.sandbox.bounds import BoundedOutput, bounded_memory, printing_to
 from vrg.launch.sandbox.player_policy import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.launch.strategy_class import strategy_class, strategy_of
+from vrg.playing.question import unpacked
 from vrg.runs.run_folder import RunFolder
 
 
@@ -167,13 +166,10 @@ def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
     Raises:
         StrategyError: the strategy has failed. EOFError: the pipe is closed.
     """
-    same: dict[str, Any] = {}
+    view: View | None = None
     warn_once = Once()
     while True:
-        fields = pickle.loads(pipe.receive())
-        fields = same | fields
-        same = {name: fields[name] for name in ("robot", "obstacles")}
-        view = View(**fields)
+        view = unpacked(pipe.receive(), view)
         time[0] = view.time
         action, mode = decided(strategy, view)
         payload, problems = sendable(action)
