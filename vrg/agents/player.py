@@ -79,7 +79,7 @@ class Player(Node):
         self._obstacles = obstacles
         self.radio = radio
         self._telling = Telling(mailbox, keys, self.name, radio)
-        self._referee = mailbox.subscribe(keys.referee_state)
+        self._referee = mailbox.subscribe(keys.referee_state, sampled=True)
         self._team = TeamChannel(keys, mailbox, self.name, team)
         self._motion = VelocityEstimator()
         self._fault: str | None = None

@@ -71,7 +71,7 @@ class Inlet(Generic[T]):
         topic: what is subscribed to.
         alarm: called with each message as soon as it arrives; see `Mailbox.subscribe`.
         only: the keys that messages are taken from; None takes them from any that fits, and at most KEYS_LIMIT.
-        sampled: True if only `latest` is asked for.
+        sampled: True if only `latest` and `news` are asked for.
 
     Attributes:
         by_key: the newest message of each key.
@@ -92,6 +92,8 @@ class Inlet(Generic[T]):
         self.topic = topic
         self.alarm = alarm
         self.sampled = sampled
+        self._sampled: Received[T] | None = None
+        """The message that `news` returned last."""
         self.source: Mailbox | None = None
         self.dropped = 0
         self.by_key: dict[str, Received[T]] = {}
@@ -112,6 +114,14 @@ class Inlet(Generic[T]):
         if self._latest is None and self.by_key:
             self._latest = max(self.by_key.values(), key=_order)
         return self._latest
+
+    def news(self) -> Received[T] | None:
+        """The newest message, if it came since the last call; None if it did not."""
+        latest = self.latest
+        if latest is self._sampled:
+            return None
+        self._sampled = latest
+        return latest
 
     def only(self, keys: Collection[str]) -> None:
         """From now on take messages from these keys only. Those from others are dropped unread, which costs little."""
@@ -225,10 +235,11 @@ class Mailbox:
             come on them are dropped unread.
         now: the match time of this tick, s.
         deferring: the topics of which messages may be deferred. A node writes its own here before its first tick.
-        asked: executor only: the keys of these on which nobody takes each message, but some ask for the newest.
-        newest: the newest deferred message of each of these keys, up to the end of the last tick. It is replaced, and
-            never changed.
-        aloud: executor only: True publishes these messages, too.
+        asked: executor only: the keys of these on which some ask for the newest message only, and find it here.
+        untaken: executor only: the keys of these on which nobody takes each message.
+        newest: the newest deferred message of each key that is asked for, up to the end of the last tick. It is
+            replaced, and never changed.
+        aloud: executor only: True publishes also what nobody takes.
     """
 
     def __init__(self, sender: str = "") -> None:
@@ -238,6 +249,7 @@ class Mailbox:
         self.now = 0.0
         self.deferring: Sequence[Topic[Message]] = ()
         self.asked: frozenset[str] = frozenset()
+        self.untaken: frozenset[str] = frozenset()
         self.newest: Mapping[str, Deferred[Message]] = {}
         self._deferred: dict[str, Deferred[Message]] = {}
         self.aloud = False
@@ -287,12 +299,11 @@ class Mailbox:
             make: see `Deferred`. It is called at once where somebody takes each message.
         """
         deferred = Deferred(topics, self.now, make, self.sender)
-        asked = [topic.key for topic in topics if topic.key in self.asked]
-        self._deferred.update(dict.fromkeys(asked, deferred))  # type: ignore[arg-type]
-        if self.aloud or len(asked) < len(topics):
-            for topic, body in zip(topics, make(), strict=True):
-                if self.aloud or topic.key not in self.asked:
-                    self.publish(topic, body)
+        for topic in topics:
+            if topic.key in self.asked:
+                self._deferred[topic.key] = deferred  # type: ignore[assignment]
+            if self.aloud or topic.key not in self.untaken:
+                self.publish(topic, deferred.of(topic.key).body)
 
     def forget(self) -> None:
         """Executor only: drop everything but events, because the world has stepped back in time."""

@@ -97,8 +97,8 @@ _DIGEST = 8
 class MemoryTransport:
     """Carries messages between the mailboxes of one process at once. It uses no threads and no clock.
 
-    Messages that are deferred are not carried where those who hear them ask for the newest only: they find it at its
-    sender. They are carried while digests are wanted, and in a strict transport always.
+    Messages that are deferred are not carried to those who ask for the newest only: they find it at its sender. In a
+    strict transport they are carried to all.
 
     Args:
         strict: True passes every message through the codec of the bus. `send` then raises MessageError or TypeError for
@@ -132,8 +132,6 @@ class MemoryTransport:
 
     def send(self, outgoing: Sequence[Outgoing]) -> None:
         """Put messages into the inlets that subscribe to them."""
-        if not self._resolved:
-            self._resolve()
         for out in outgoing:
             message = out.message
             if self._digests is not None:
@@ -142,7 +140,8 @@ class MemoryTransport:
                 self._digests[message.sender].update(content(message))
             routes = self._routes.get(message.key)
             if routes is None:
-                routes = self._routes[message.key] = self._route(message.key)
+                ends = self._route(message.key)
+                routes = self._routes[message.key] = [end for end in ends if end[0].source is None]
             if self.strict:
                 arrives = decode(encode(message), out.topic.type, message.key)
                 if arrives.body != message.body:  # `structs.replace` checks no types
@@ -155,6 +154,8 @@ class MemoryTransport:
                 inlet.offer(message)
                 if on_arrival is not None:
                     on_arrival(inlet)
+        if not self._resolved:  # what was sent until now was carried to all
+            self._resolve()
 
     def begin_digests(self) -> None:
         """From now on make a digest of all that each sender publishes, also of what nobody takes."""
@@ -176,11 +177,14 @@ class MemoryTransport:
         """Find the keys on which nobody takes each message, and let those who ask for the newest find it."""
         self._resolved = True
         for mailbox in self._mailboxes:
-            ends = {topic.key: self._route(topic.key) for topic in mailbox.deferring}
-            asked = [key for key, of in ends.items() if all(inlet.sampled and not called for inlet, called in of)]
-            mailbox.asked, mailbox.aloud = frozenset(asked), self.strict
-            for inlet in (inlet for key in asked for inlet, _ in ends[key] if not self.strict):
+            keys = {topic.key for topic in mailbox.deferring}
+            ends = {key: self._route(key) for key in keys}
+            asking = {key: [inlet for inlet, called in of if inlet.sampled and not called] for key, of in ends.items()}
+            mailbox.asked, mailbox.aloud = frozenset(key for key in keys if asking[key]), self.strict
+            mailbox.untaken = frozenset(key for key in keys if len(asking[key]) == len(ends[key]))
+            for inlet in (inlet for inlets in asking.values() for inlet in inlets if not self.strict):
                 inlet.source = mailbox
+        self._routes.clear()
 
     def _compare(self, message: Received[Message]) -> None:
         """Make the deferred message that was sent on this key before once more, now that time has gone on."""

@@ -9,7 +9,6 @@ from typing import Any
 
 from msgspec import structs
 
-from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     EMERGENCY_STOP,
@@ -18,7 +17,6 @@ from vrg.bus.messages import (
     Estop,
     OfficialAction,
     Placed,
-    Poses,
     Recover,
     RefereeState,
     SpeedLimit,
@@ -99,6 +97,7 @@ class Coordinator(Node):
     ) -> None:
         super().__init__("referee", mailbox, period)
         self._keys = keys
+        mailbox.deferring = [keys.referee_state]
         self._journal = journal
         standing = journal.standing
         self.match = Match(book, standing)
@@ -109,7 +108,6 @@ class Coordinator(Node):
         self._limits = _limits(book)
         self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses, sampled=True)
-        self._looked: Received[Poses] | None = None
         self._located = mailbox.subscribe(keys.robot_pose(), only=[keys.robot_pose(name).key for name in fused])
         self._clock = mailbox.subscribe(keys.clock, sampled=True)
         self._disqualify = disqualify
@@ -187,16 +185,15 @@ class Coordinator(Node):
             state, sights = views(state, self._sight)
             for team, sight in sights.items():
                 self.mailbox.publish(self._keys.sight(team), sight)
-        self.mailbox.publish(self._keys.referee_state, state)
+        self.mailbox.defer([self._keys.referee_state], lambda: [state])
 
     def _look(self, now: float) -> None:
         offers = _at_most(OFFERS_LIMIT, [Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()])
         sightings = [(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen]
-        received = self._poses.latest
-        if received is None or received is self._looked:
+        received = self._poses.news()
+        if received is None:
             self._field = replace(self._field, offers=offers, sightings=sightings)
         else:
-            self._looked = received
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
             self._bodies = bodies
             moving = frozenset(name for name, body in bodies.items() if not at_rest(body.twist))

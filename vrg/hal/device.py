@@ -64,7 +64,7 @@ class Device:
         self._recovery: Task | None = None
         self._lock = threading.RLock()
         self._asked_to_recover = False
-        self._referee = mailbox.subscribe(keys.referee_state)
+        self._referee = mailbox.subscribe(keys.referee_state, sampled=True)
         self._estops = EstopOrders(mailbox, keys, alarm=self._alarm)
         self._limits = mailbox.subscribe(keys.speed_limit(self.name))
         self._recovers = mailbox.subscribe(keys.recover(self.name))
@@ -121,7 +121,7 @@ class Device:
         released = isinstance(order, EstopRelease)
         if order is not None:
             self._latch.order(not released, self._mailbox.now)
-        for state in self._referee.take():
+        if (state := self._referee.news()) is not None:
             self._permission.hear(state.stamp, state.body)
             # A referee that has just been restarted, and hears no clock yet, does not know of a stop.
             if state.body.estop or is_fresh(state.stamp, self._mailbox.now, REFEREE_TIMEOUT):

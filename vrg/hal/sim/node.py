@@ -57,7 +57,7 @@ class WorldNode(Node):
         """True if pictures were asked for that nothing can draw; what a program asks for must not end the world."""
         self._requests = mailbox.subscribe(keys.world_request)
         self._answers = keys.world_answer
-        self._referee = mailbox.subscribe(keys.referee_state)
+        self._referee = mailbox.subscribe(keys.referee_state, sampled=True)
         self._estops = EstopOrders(mailbox, keys)
         self._poses = keys.poses
         self._clock = keys.clock
@@ -108,7 +108,7 @@ class WorldNode(Node):
         order = self._estops.take()
         if order is not None:
             world.engage(isinstance(order, Estop))
-        for state in self._referee.take():
+        if (state := self._referee.news()) is not None:
             world.referee(state.body, state.stamp)
         for request in self._requests.take():
             self._request(request.body)
