@@ -2,18 +2,26 @@
 
 import pickle
 
+import pytest
 from msgspec import structs
 
 from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import View
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import SensorMessage
+from vrg.bus.topics import Keys
+from vrg.bus.transport import MemoryTransport
 from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Observation
+from vrg.hal.models.pioneer import P2AT
 from vrg.hal.readings import Readings, SensorInlets
+from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.ins import Ins
-from vrg.playing.question import packed, unpacked
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.spec import Sample
+from vrg.playing.question import EVERY_KIND, VIEWS_KEPT, Answering, Questions, Wanted
 from vrg.types import Pose
 
 
@@ -29,8 +37,9 @@ def views_of(game: str) -> list[View]:
         mailbox, robot = Mailbox(f"player/{me.name}"), setup.player(me.name).robot
         inlets = SensorInlets(setup.keys, mailbox, me.name, robot.sensors)
         for inlet in mailbox.inlets:
-            if inlet.topic.type is Ins:
-                mailbox.publish(inlet.topic, Ins(pose=poses[me.name]))
+            said = {Ins: Ins(pose=poses[me.name]), Battery: Battery(charge=0.5)}.get(inlet.topic.type)  # type: ignore[call-overload]
+            if said is not None:
+                mailbox.publish(inlet.topic, said)
                 inlet.offer(mailbox.collect()[0].message)
         mailbox.handover(0.5)
         readings = Readings(0.5, 0.0, armed=True, estop=False, samples=inlets.samples())
@@ -39,26 +48,101 @@ def views_of(game: str) -> list[View]:
     return [*views, structs.replace(views[0], me=structs.replace(views[0].me, role="spectator"))]
 
 
+class Wire:
+    """A match and a strategy that decides elsewhere, without a pipe."""
+
+    def __init__(self) -> None:
+        self.questions, self.asked = Questions(), list[str]()
+        self.ways: list[bytes] = []
+        self.strategy = Answering(lambda: self.ways.pop(0), self.ask)
+
+    def ask(self, wanted: Wanted) -> None:
+        self.asked.append(wanted.kind)
+        self.ways.append(self.questions.told(wanted))
+
+    def shown(self, view: View) -> View:
+        self.ways.append(self.questions.packed(view))
+        return self.strategy.view()
+
+
 def plain(view: View) -> View:
     return structs.replace(view, readings=structs.replace(view.readings, samples=tuple(view.readings.samples)))
 
 
-def test_what_arrives_is_what_was_sent_whoever_is_asked_and_how_often() -> None:
-    for game in ("sharks-and-minnows", "pursuit-evasion", "roboflag"):
-        before: View | None = None
-        for view in (views := views_of(game)):
-            known = None if before is None or before.robot is not view.robot else view.robot
-            arrived = unpacked(packed(view, known), before if known is not None else None)
+@pytest.mark.parametrize("game", ["sharks-and-minnows", "pursuit-evasion", "roboflag"])
+def test_what_arrives_is_what_was_sent(game: str) -> None:
+    for me in range(3):
+        wire, view = Wire(), views_of(game)[-me]
+        for _ in range(2):
+            arrived = wire.shown(view)
             assert plain(arrived) == plain(view)
-            assert len(plain(view).readings.samples) == 1
-            before = view
-        whole, again = packed(views[0], None), packed(views[0], views[0].robot)
-        assert len(again) < len(whole)
+            assert len(plain(view).readings.samples) == 2
 
 
-def test_its_readings_stay_what_they_were_when_it_was_asked() -> None:
-    view = views_of("sharks-and-minnows")[0]
-    sample = view.readings.latest(Ins)
-    assert sample is not None
-    assert (sample.stamp, sample.age, sample.value.pose) == (0.0, 0.5, view.pose)
-    assert [type(one) for one in pickle.loads(pickle.dumps(view.readings.samples))] == [type(sample)]
+def test_what_is_always_the_same_is_sent_once() -> None:
+    questions, view = Questions(), views_of("sharks-and-minnows")[0]
+    first, second, third = (len(questions.packed(view)) for _ in range(3))
+    assert second == third < first / 2
+
+
+def test_a_kind_of_sensor_is_asked_for_once_and_then_sent() -> None:
+    wire, view = Wire(), views_of("sharks-and-minnows")[0]
+    for _ in range(3):
+        readings = wire.shown(view).readings
+        assert readings.latest(Ins) == view.readings.latest(Ins)
+        assert readings.latest(Laser) is None is readings.latest(Laser, "front")
+    assert wire.asked == ["ins", "laser"]
+    readings = wire.shown(view).readings
+    assert len(readings.samples) == 2
+    assert [type(sample.value) for sample in readings.samples] == [type(s.value) for s in view.readings.samples]
+    assert wire.asked == ["ins", "laser", EVERY_KIND]
+    readings = wire.shown(view).readings
+    assert readings.latest(Battery) == view.readings.latest(Battery)
+    assert len(wire.asked) == 3
+
+
+def test_a_view_that_is_kept_has_the_readings_of_its_instant() -> None:
+    wire, view, other = Wire(), *views_of("sharks-and-minnows")[:2]
+    first = wire.shown(view)
+    kept = [wire.shown(other) for _ in range(VIEWS_KEPT - 1)]
+    assert first.readings.latest(Ins) == view.readings.latest(Ins)
+    assert kept[0].readings.latest(Battery) == other.readings.latest(Battery)
+    wire.shown(other)
+    assert first.readings.latest(Battery) is None, "it is too old"
+
+
+def test_one_that_asks_without_end_is_refused() -> None:
+    wire, view = Wire(), views_of("sharks-and-minnows")[0]
+    for number in range(100):
+        wire.questions.told(Wanted(1, f"kind {number}"))
+    wire.shown(view)
+    with pytest.raises(ValueError, match="expected at most 100 questions about readings, and of 100 kinds"):
+        wire.questions.told(Wanted(1, "another kind"))
+
+
+def test_readings_are_made_when_they_are_looked_at_and_stay_what_they_were() -> None:
+    keys, world, player = Keys("m"), Mailbox("world/world"), Mailbox("player/a")
+    inlets = SensorInlets(keys, player, "a", [spec for spec in P2AT.sensors if spec.kind in ("ins", "battery")])
+    world.deferring = [inlet.topic for inlet in player.inlets]
+    transport, made = MemoryTransport(), list[float]()
+    transport.attach(world)
+    transport.attach(player)
+
+    def seen(now: float) -> Readings:
+        def make() -> list[SensorMessage]:
+            made.append(now)
+            return [Ins(pose=Pose(now, 0.0, 0.0))]
+
+        for mailbox in (world, player):
+            mailbox.handover(now)
+        world.defer([topic for topic in world.deferring if topic.type is Ins], make)
+        transport.send(world.collect())
+        player.handover(now)
+        return Readings(now, 0.0, armed=True, estop=False, samples=inlets.samples())
+
+    readings = [seen(now) for now in (0.0, 0.1, 0.2, 0.3)]
+    assert made == [0.0], "the first is sent to all, before it is known who hears it"
+    places = [sample.value.pose.x for one in readings if (sample := one.latest(Ins)) is not None]
+    assert places == made == [0.0, 0.1, 0.2, 0.3]
+    assert [type(one) for one in pickle.loads(pickle.dumps(readings[3].samples))] == [Sample]
+    assert (readings[3].samples[0], len(readings[3].samples)) == (readings[3].latest(Ins), 1)

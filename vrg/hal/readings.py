@@ -1,6 +1,7 @@
 """The reading of a robot at one instant: its state, and a sample of each of its sensors."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any, TypeVar, overload
 
 from msgspec import Struct
@@ -29,7 +30,7 @@ class SensorInlets:
             (spec.name, mailbox.subscribe(keys.sensor(spec.message, robot, spec.name), sampled=True))
             for spec in sensors
         ]
-        self._of_kind: dict[type[SensorMessage], list[tuple[str, str]]] = {}
+        self._of_kind: dict[type[SensorMessage], list[tuple[str, str, str]]] = {}
 
     def samples(self) -> "Samples":
         """The newest sample of each sensor."""
@@ -38,16 +39,45 @@ class SensorInlets:
         told = {i.topic.key: told for _, i in self._inlets if i.topic.key not in newest and (told := i.latest)}
         return Samples(self, self._mailbox.now, newest, told)
 
-    def of(self, kind: type[SensorMessage]) -> list[tuple[str, str]]:
-        """The names and the keys of the sensors of a kind, by the class of their messages."""
+    def of(self, kind: type[SensorMessage]) -> list[tuple[str, str, str]]:
+        """The name, the key and the kind of each sensor of a kind, by the class of its messages."""
         found = self._of_kind.get(kind)
         if found is None:
-            found = [(name, i.topic.key) for name, i in self._inlets if issubclass(i.topic.type, kind)]
+            of = ((name, inlet.topic) for name, inlet in self._inlets)
+            found = [(name, topic.key, topic.type.kind) for name, topic in of if issubclass(topic.type, kind)]
             self._of_kind[kind] = found
         return found
 
 
-class Samples(Sequence[Sample[SensorMessage]]):
+class LazySamples(Sequence[Sample[SensorMessage]], ABC):
+    """Samples that are made, or fetched, when somebody looks at them. Another process is sent what they are."""
+
+    @abstractmethod
+    def of(self, kind: type[S], name: str | None = None) -> Sample[S] | None:
+        """The first sample of a kind of sensor: see `Readings.latest`."""
+
+    @abstractmethod
+    def all(self) -> Sequence[Sample[SensorMessage]]:
+        """All samples."""
+
+    @overload
+    def __getitem__(self, index: int) -> Sample[SensorMessage]: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Sample[SensorMessage]]: ...
+    def __getitem__(self, index: int | slice) -> Sample[SensorMessage] | Sequence[Sample[SensorMessage]]:
+        return self.all()[index]
+
+    def __iter__(self) -> Iterator[Sample[SensorMessage]]:
+        return iter(self.all())
+
+    def __len__(self) -> int:
+        return len(self.all())
+
+    def __reduce__(self) -> tuple[type[tuple[Any, ...]], tuple[Any, ...]]:
+        return tuple, (tuple(self.all()),)
+
+
+class Samples(LazySamples):
     """The newest sample of each sensor that the world simulates. Each is made when somebody looks at it.
 
     The age of a sample is the absolute difference of its stamp and now. A stamp far in the future is from before the
@@ -68,10 +98,20 @@ class Samples(Sequence[Sample[SensorMessage]]):
 
     def of(self, kind: type[S], name: str | None = None) -> Sample[S] | None:
         """The first sample of a kind of sensor: see `Readings.latest`."""
-        for own, key in self._inlets.of(kind):
+        for own, key, _ in self._inlets.of(kind):
             if (name is None or own == name) and (sample := self._sample(own, key)) is not None:
                 return sample  # type: ignore[return-value]
         return None
+
+    def all(self) -> list[Sample[SensorMessage]]:
+        """All samples."""
+        return self.of_kinds(None)
+
+    def of_kinds(self, kinds: Container[str] | None) -> list[Sample[SensorMessage]]:
+        """The samples of sensors of some kinds; None for all."""
+        wanted = (sensor for sensor in self._inlets.of(SensorMessage) if kinds is None or sensor[2] in kinds)
+        samples = (self._sample(name, key) for name, key, _ in wanted)
+        return [sample for sample in samples if sample is not None]
 
     def _sample(self, name: str, key: str) -> Sample[SensorMessage] | None:
         deferred = self._newest.get(key)
@@ -80,25 +120,12 @@ class Samples(Sequence[Sample[SensorMessage]]):
             return None
         return Sample(received.stamp, abs(self._now - received.stamp), received.body, name)
 
-    def _all(self) -> list[Sample[SensorMessage]]:
-        samples = (self._sample(name, key) for name, key in self._inlets.of(SensorMessage))
-        return [sample for sample in samples if sample is not None]
 
-    @overload
-    def __getitem__(self, index: int) -> Sample[SensorMessage]: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Sample[SensorMessage]]: ...
-    def __getitem__(self, index: int | slice) -> Sample[SensorMessage] | Sequence[Sample[SensorMessage]]:
-        return self._all()[index]
-
-    def __iter__(self) -> Iterator[Sample[SensorMessage]]:
-        return iter(self._all())
-
-    def __len__(self) -> int:
-        return len(self._all())
-
-    def __reduce__(self) -> tuple[type[tuple[Any, ...]], tuple[Any, ...]]:
-        return tuple, (tuple(self),)  # another process gets what they are
+def samples_of(samples: Sequence[Sample[SensorMessage]], kinds: Container[str]) -> Sequence[Sample[SensorMessage]]:
+    """The samples of sensors of some kinds, such as `laser`."""
+    if isinstance(samples, Samples):
+        return samples.of_kinds(kinds)
+    return [sample for sample in samples if sample.value.kind in kinds]
 
 
 class Readings(Struct, frozen=True, gc=False):
@@ -131,7 +158,7 @@ class Readings(Struct, frozen=True, gc=False):
         Returns:
             the sample, or None if the robot has no such sensor or the sensor has not reported yet.
         """
-        if isinstance(self.samples, Samples):
+        if isinstance(self.samples, LazySamples):
             return self.samples.of(kind, name)
         for sample in self.samples:
             if isinstance(sample.value, kind) and (name is None or sample.name == name):

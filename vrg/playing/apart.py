@@ -38,7 +38,7 @@ from vrg.launch.remote.wire import BANNER, Frames
 from vrg.launch.sandbox.excess import excess
 from vrg.playing import strategy_process
 from vrg.playing.elsewhere import assignment_elsewhere
-from vrg.playing.question import packed
+from vrg.playing.question import Questions, Wanted
 from vrg.playing.strategy_process import Answer, Assignment, Decision, Failed
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Line, Missed
@@ -191,7 +191,7 @@ class SubprocessStrategy(SteppedStrategy):
     ) -> None:
         super().__init__(name, setup.player(name).robot, past or {}, write)
         self._deadline, self._now = deadline, now
-        self._known: RobotModel | None = None
+        self._questions = Questions()
         self._asked = self._late = False
         self._since, self._asked_where, self._told = 0.0, -math.inf, -math.inf
         self._answers: list[Answer] = []
@@ -285,8 +285,8 @@ class SubprocessStrategy(SteppedStrategy):
             return
         if self._channel.backlog and not self._channel.closed:
             self._end("it answers questions that it has not read")  # what waits for it must not become more and more
-        data = packed(view, self._known)
-        self._known, self._since = view.robot, self._now()
+        data = self._questions.packed(view)
+        self._since = self._now()
         self._send(data)
 
     def _send(self, data: bytes) -> None:
@@ -365,10 +365,14 @@ class SubprocessStrategy(SteppedStrategy):
         until = self._now() + patience
         try:
             while not self._answers and not self._channel.closed:
-                self._answers += self._channel.pump(max(0.0, until - self._now()))
+                for answer in self._channel.pump(max(0.0, until - self._now())):
+                    if isinstance(answer, Wanted):
+                        self._send(self._questions.told(answer))
+                    else:
+                        self._answers.append(answer)
                 if self._now() >= until:
                     break
-        except MessageError as error:
+        except (MessageError, ValueError) as error:
             self._end(str(error))
         except DecisionTimeoutError as error:
             self.close()

@@ -1,60 +1,155 @@
-"""A view on its way to a strategy that decides in a process of its own.
+"""A view on its way to a strategy that decides in a process of its own: both sides, without the pipe between them.
 
 What all players of an instant are shown is encoded once for all of them, as MessagePack; the rest is pickled. What is
-always the same is sent once.
+always the same is sent once. Readings are sent of those kinds of sensors that the strategy has looked at before; when
+it looks at another kind, it asks for that reading first.
 """
 
 import pickle
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, Final
 
 import msgspec
+from msgspec import Meta, Struct, structs
 
 from vrg.agents.strategy import View
-from vrg.bus.messages import RefereeState
+from vrg.bus.messages import RefereeState, SensorMessage
 from vrg.hal.models import RobotModel
+from vrg.hal.readings import LazySamples, S, samples_of
+from vrg.hal.sensors.spec import Sample
 from vrg.shared import shared
 from vrg.types import Vector
+
+EVERY_KIND: Final = "*"
+"""The word for all kinds of sensors."""
+VIEWS_KEPT: Final = 20
+"""The number of newest views of which a strategy may still ask for readings."""
+_ASKS: Final = 100
+"""The number of readings that a strategy may ask for between two views: more than there are kinds of sensors."""
+_SAME: Final = ("robot", "obstacles")
+"""The fields that are always the same: the longest ones."""
 
 _encoder = msgspec.msgpack.Encoder()
 _state_decoder = msgspec.msgpack.Decoder(RefereeState)
 _velocities_decoder = msgspec.msgpack.Decoder(dict[str, Vector])
-_SAME = ("robot", "obstacles")
-"""The fields that are always the same: the longest ones."""
+Samples = tuple[Sample[SensorMessage], ...]
 
 
-def packed(view: View, known: RobotModel | None) -> bytes:
-    """A view as it is sent.
-
-    Args:
-        known: the robot in the view that was sent before; None for the first one.
-    """
-    fields: dict[str, Any] = {name: getattr(view, name) for name in View.__struct_fields__}
-    if view.robot is known:
-        for name in _SAME:
-            del fields[name]
-    players = view.referee.players
-    number = next((number for number, player in enumerate(players) if player is view.me), None)
-    if number is not None:
-        fields["me"] = number
-    fields["referee"], fields["velocities"] = _state(view.referee), _velocities(view.velocities)
-    return pickle.dumps(fields, pickle.HIGHEST_PROTOCOL)
-
-
-def unpacked(data: bytes, before: View | None) -> View:
-    """The view that was sent.
+class Wanted(Struct, frozen=True, tag=True):
+    """A strategy asks for the readings of a kind of sensor, or of EVERY_KIND, in a view that it was sent.
 
     Args:
-        before: the one that was sent before; None for the first one.
+        view: the number of the view, from 1.
     """
-    fields: dict[str, Any] = pickle.loads(data)
-    for name in _SAME if before is not None else ():
-        fields.setdefault(name, getattr(before, name))
-    fields["referee"] = _state_decoder.decode(fields["referee"])
-    fields["velocities"] = _velocities_decoder.decode(fields["velocities"])
-    if isinstance(fields["me"], int):
-        fields["me"] = fields["referee"].players[fields["me"]]
-    return View(**fields)
+
+    view: int
+    kind: Annotated[str, Meta(max_length=100)]
+
+
+class Questions:
+    """The views that one strategy is sent: the side of the match."""
+
+    def __init__(self) -> None:
+        self._known: RobotModel | None = None
+        self._kinds: dict[str, None] = {}
+        """The kinds of sensors that it has looked at, in the order in which it did."""
+        self._views: dict[int, View] = {}
+        self._number = self._asks = 0
+
+    def packed(self, view: View) -> bytes:
+        """The next view, as it is sent."""
+        self._number, self._asks = self._number + 1, 0
+        self._views[self._number] = view
+        self._views.pop(self._number - VIEWS_KEPT, None)
+        fields: dict[str, Any] = {name: getattr(view, name) for name in View.__struct_fields__}
+        if view.robot is self._known:
+            for name in _SAME:
+                del fields[name]
+        self._known = view.robot
+        number = next((number for number, player in enumerate(view.referee.players) if player is view.me), None)
+        if number is not None:
+            fields["me"] = number
+        fields["referee"], fields["velocities"] = _state(view.referee), _velocities(view.velocities)
+        fields["readings"] = structs.replace(view.readings, samples=self._samples(view, tuple(self._kinds)))
+        return pickle.dumps((self._number, tuple(self._kinds), fields), pickle.HIGHEST_PROTOCOL)
+
+    def told(self, wanted: Wanted) -> bytes:
+        """The readings that it asks for, as they are sent.
+
+        Raises:
+            ValueError: it asks for so many that it means no readings.
+        """
+        self._asks += 1
+        self._kinds[wanted.kind] = None
+        if max(self._asks, len(self._kinds)) > _ASKS:
+            raise ValueError(f"expected at most {_ASKS} questions about readings, and of {_ASKS} kinds of them")
+        view = self._views.get(wanted.view)
+        return pickle.dumps(() if view is None else self._samples(view, (wanted.kind,)), pickle.HIGHEST_PROTOCOL)
+
+    @staticmethod
+    def _samples(view: View, kinds: tuple[str, ...]) -> Samples:
+        samples = view.readings.samples
+        return tuple(samples) if EVERY_KIND in kinds else tuple(samples_of(samples, kinds)) if kinds else ()
+
+
+class Answering:
+    """The views that one strategy is sent: its own side.
+
+    Args:
+        receive: waits for what comes next from the match. ask: sends a question there.
+    """
+
+    def __init__(self, receive: Callable[[], bytes], ask: Callable[[Wanted], None]) -> None:
+        self._receive, self._ask = receive, ask
+        self._before: View | None = None
+
+    def view(self) -> View:
+        """Wait for the next view.
+
+        Raises:
+            EOFError: the match has closed its end.
+        """
+        number, kinds, fields = pickle.loads(self._receive())
+        for name in _SAME if self._before is not None else ():
+            fields.setdefault(name, getattr(self._before, name))
+        fields["referee"] = _state_decoder.decode(fields["referee"])
+        fields["velocities"] = _velocities_decoder.decode(fields["velocities"])
+        if isinstance(fields["me"], int):
+            fields["me"] = fields["referee"].players[fields["me"]]
+        readings = fields["readings"]
+        samples = _AskedSamples(readings.samples, kinds, lambda kind: self._readings(number, kind))
+        self._before = View(**{**fields, "readings": structs.replace(readings, samples=samples)})
+        return self._before
+
+    def _readings(self, view: int, kind: str) -> Samples:
+        self._ask(Wanted(view, kind))
+        samples: Samples = pickle.loads(self._receive())
+        return samples
+
+
+class _AskedSamples(LazySamples):
+    """Samples that are asked for when somebody looks at a kind of which none were sent.
+
+    Args:
+        samples: those that were sent. kinds: all kinds of these. ask: asks for those of another kind.
+    """
+
+    def __init__(self, samples: Samples, kinds: Sequence[str], ask: Callable[[str], Samples]) -> None:
+        self._samples, self._kinds, self._ask = samples, set(kinds), ask
+
+    def of(self, kind: type[S], name: str | None = None) -> Sample[S] | None:
+        """The first sample of a kind of sensor: see `Readings.latest`."""
+        word = getattr(kind, "kind", EVERY_KIND)
+        if word not in self._kinds and EVERY_KIND not in self._kinds:
+            self._kinds.add(word)
+            self._samples = self._ask(word) if word == EVERY_KIND else self._samples + self._ask(word)
+        found = (s for s in self._samples if isinstance(s.value, kind) and (name is None or s.name == name))
+        return next(found, None)  # type: ignore[return-value]
+
+    def all(self) -> Sequence[Sample[SensorMessage]]:
+        """All samples."""
+        self.of(SensorMessage)
+        return self._samples
 
 
 @shared

@@ -20,7 +20,7 @@ from msgspec import Struct
 
 from vrg import __version__
 from vrg.agents.messages import Once, Payload, sendable
-from vrg.agents.strategy import Strategy, View, decided
+from vrg.agents.strategy import Strategy, decided
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
@@ -29,7 +29,7 @@ from vrg.launch.sandbox.bounds import BoundedOutput, bounded_memory, printing_to
 from vrg.launch.sandbox.player_policy import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.launch.strategy_class import strategy_class, strategy_of
-from vrg.playing.question import unpacked
+from vrg.playing.question import Answering, Wanted
 from vrg.runs.run_folder import RunFolder
 
 
@@ -82,7 +82,7 @@ class Failed(Struct, frozen=True, tag=True):
     final: bool
 
 
-Answer = Ready | Decision | Failed
+Answer = Ready | Decision | Failed | Wanted
 
 
 class _Pipe:
@@ -166,10 +166,10 @@ def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
     Raises:
         StrategyError: the strategy has failed. EOFError: the pipe is closed.
     """
-    view: View | None = None
+    asked = Answering(pipe.receive, pipe.send)
     warn_once = Once()
     while True:
-        view = unpacked(pipe.receive(), view)
+        view = asked.view()
         time[0] = view.time
         action, mode = decided(strategy, view)
         payload, problems = sendable(action)
