@@ -221,15 +221,18 @@ class Player(Node):
         """The reason why the robot has to stand still whatever a human or the strategy wants, or None."""
         if referee is None:
             return NO_REFEREE if tick.live else "no clock"
-        state = referee.body
-        checks = (
-            (not tick.live, "no clock"),
-            (self._device.estop or state.estop, EMERGENCY),
-            (not is_fresh(referee.stamp, tick.time, REFEREE_TIMEOUT), NO_REFEREE),
-            (self.name not in _statuses(state), "not in this match"),
-            (state.halted is not None, "halt"),
-        )
-        return next((why for stands, why in checks if stands), None)
+        state, why = referee.body, None
+        if not tick.live:
+            why = "no clock"
+        elif self._device.estop or state.estop:
+            why = EMERGENCY
+        elif not is_fresh(referee.stamp, tick.time, REFEREE_TIMEOUT):
+            why = NO_REFEREE
+        elif self.name not in _statuses(state):
+            why = "not in this match"
+        elif state.halted is not None:
+            why = "halt"
+        return why
 
     def _seen(self, tick: Tick, referee: Received[RefereeState], readings: Readings) -> View | None:
         state = self._team.seen(referee.body, referee.stamp)

@@ -30,13 +30,21 @@ class SensorInlets:
             (spec.name, mailbox.subscribe(keys.sensor(spec.message, robot, spec.name), sampled=True))
             for spec in sensors
         ]
+        self._source: Mailbox | None = None
+        """The mailbox of the world, if it defers readings."""
+        self._published, self._deferred = [inlet for _, inlet in self._inlets], 0
+        """The inlets of which no reading was deferred, by the number of those that were, on any key."""
         self._of_kind: dict[type[SensorMessage], list[tuple[str, str, str]]] = {}
 
     def samples(self) -> "Samples":
         """The newest sample of each sensor."""
-        source = next((inlet.source for _, inlet in self._inlets if inlet.source is not None), None)
-        newest = {} if source is None else source.newest
-        told = {i.topic.key: told for _, i in self._inlets if i.topic.key not in newest and (told := i.latest)}
+        if self._source is None:
+            self._source = next((inlet.source for _, inlet in self._inlets if inlet.source is not None), None)
+        newest = {} if self._source is None else self._source.newest
+        if len(newest) != self._deferred:
+            self._deferred = len(newest)
+            self._published = [inlet for _, inlet in self._inlets if inlet.topic.key not in newest]
+        told = {inlet.topic.key: told for inlet in self._published if (told := inlet.latest) is not None}
         return Samples(self, self._mailbox.now, newest, told)
 
     def of(self, kind: type[SensorMessage]) -> list[tuple[str, str, str]]:
