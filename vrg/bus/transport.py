@@ -180,7 +180,8 @@ class MemoryTransport:
             keys = {topic.key for topic in mailbox.deferring}
             ends = {key: self._route(key) for key in keys}
             asking = {key: [inlet for inlet, called in of if inlet.sampled and not called] for key, of in ends.items()}
-            mailbox.asked, mailbox.aloud = frozenset(key for key in keys if asking[key]), self.strict
+            mailbox.asked = frozenset(key for key in keys if asking[key])
+            mailbox.aloud = self.strict or self._digests is not None
             mailbox.untaken = frozenset(key for key in keys if len(asking[key]) == len(ends[key]))
             for inlet in (inlet for inlets in asking.values() for inlet in inlets if not self.strict):
                 inlet.source = mailbox
