@@ -37,6 +37,8 @@ class CompassSpec(SensorSpec):
 class CompassSimulation(SensorSimulation[CompassSpec]):
     """Adds noise to the true heading, by seed, robot and tick, so that a match can be repeated."""
 
+    deferrable = True  # it depends on the instant alone: a reading that nobody looks at is never made
+
     def measure(self, mounted: Mounted[CompassSpec], now: Instant) -> Compass:
         """The noisy heading of a robot."""
         heading = float(now.poses[mounted.row, 2])
