@@ -17,6 +17,8 @@ JOIN_DISTANCE = 0.8
 """The distance in m within which two courses may be those of one robot, because two robots have no room there."""
 FORGET = 20.0
 """The match time in s without a sighting after which a robot is forgotten. Older sightings are not looked at."""
+TIDY_PERIOD = 1.0
+"""The match time in s between two times when what is too old is looked for among what was taken in."""
 FORGET_ONCE = 2.0
 """The same for one that was seen once, which may have been an error."""
 CLOCK_TOLERANCE = 0.5
@@ -68,7 +70,8 @@ class Tracker:
     tracks: list[Track] = field(default_factory=list)
     _count: int = 0
     _reported: set[tuple[str | None, Sighting]] = field(default_factory=set)
-    """The sightings that were taken in, with their sources."""
+    """The sightings that were taken in, with their sources; and some that are too old to be taken in again."""
+    _tidied: float = -math.inf
 
     def update(self, sightings: Sequence[Sighting], now: float, source: str | None = None) -> None:
         """Take in what one scan has seen: at most one sighting of each robot.
@@ -102,7 +105,9 @@ class Tracker:
 
     def tidy(self, now: float) -> None:
         """Join courses that are of one robot, and forget robots that were not seen for long. now: match time, s."""
-        self._reported = {reported for reported in self._reported if now - reported[1].time <= FORGET}
+        if not 0.0 <= now - self._tidied < TIDY_PERIOD:
+            self._tidied = now
+            self._reported = {reported for reported in self._reported if now - reported[1].time <= FORGET}
         self.tracks = [
             track
             for track in self.tracks
