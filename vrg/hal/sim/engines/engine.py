@@ -12,6 +12,7 @@ from vrg.errors import WorldError
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.touch import TouchSpec
+from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.map import Map
 from vrg.types import Pose, Twist
 
@@ -83,8 +84,9 @@ class Engine(ABC):
         self._slew: Floats = np.array(brakes, dtype=np.float64).reshape(-1, 1)
         self._slowing: Floats = self._slew.copy()
         """How fast the speeds of the axes rise, and how fast they fall, rad/s^2."""
-        self._holonomic = [row for row, model in enumerate(models) if model.drivetrain.holonomic]
-        """The rows of the robots that can drive sideways."""
+        self._sideways: npt.NDArray[np.bool_] = np.array([model.drivetrain.holonomic for model in models], dtype=bool)
+        """True for the robots that can drive sideways."""
+        self._any_sideways = bool(self._sideways.any())
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a robot somewhere else, at rest. The caller must check that it fits there.
@@ -170,18 +172,21 @@ class Engine(ABC):
     def _moved(self, row: int, way: float, turn: float) -> None:
         """Called after a kinematic body has been moved to `poses[row]`, by `way` in m and `turn` in rad."""
 
-    def _accelerate(self, dt: float) -> Floats:
-        """The speeds of the axes that the motors aim for at the end of a step: `speeds`, moved towards the targets."""
-        change = self._targets - self.speeds
-        limit = np.where(change * self.speeds < 0.0, self._slowing, self._slew) * dt
-        if self._holonomic:
-            own = change[self._holonomic]
-            shares = limit[self._holonomic] / np.maximum(np.abs(own), 1e-12)
-            change[self._holonomic] = own * np.minimum(1.0, shares.min(axis=1, keepdims=True))
+    def _accelerate(self, dt: float) -> None:
+        """Move the speeds of the axes towards their targets, as far as the motors do that in dt seconds."""
+        speeds = self.speeds
+        if kernel is not None:
+            kernel.accelerate(dt, self._targets, speeds, self._slew, self._slowing, self._sideways)
+            return
+        change = self._targets - speeds
+        limit = np.where(change * speeds < 0.0, self._slowing, self._slew) * dt
+        if self._any_sideways:
+            own = change[self._sideways]
+            shares = limit[self._sideways] / np.maximum(np.abs(own), 1e-12)
+            change[self._sideways] = own * np.minimum(1.0, shares.min(axis=1, keepdims=True))
         np.minimum(change, limit, out=change)
         np.maximum(change, -limit, out=change)
-        change += self.speeds
-        return change
+        speeds += change
 
 
 def bumper_bit(model: RobotModel, bearing: float) -> int:

@@ -76,9 +76,9 @@ class MujocoEngine(Engine):
         """Advance by dt seconds, in physics steps of at most MAX_PHYSICS_STEP."""
         if not self.names:
             return
-        aims = self._accelerate(dt)
+        self._accelerate(dt)
+        aims = self.speeds
         aims[self._braking] = 0.0  # the wheels lock at once; friction decides how fast that stops the body
-        self.speeds = aims
         self.angles += aims * dt
         steps = max(1, math.ceil(dt / MAX_PHYSICS_STEP - 1e-9))
         self._model.opt.timestep = dt / steps

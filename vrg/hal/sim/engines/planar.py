@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
@@ -51,8 +52,8 @@ class PlanarEngine(Engine):
         self._outlines = [outline(box) for box in map_.boxes]
         """The data of the walls and obstacles that are boxes, which come first in `_statics`."""
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
-        self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
-        self._box_cos, self._box_sin = cos_sin_array(boxes[:, 2])
+        self._box_at, self._box_half = boxes[:, :2].copy(), boxes[:, 3:].copy()
+        self._box_cos, self._box_sin = np.array(cos_sin_array(boxes[:, 2]))
         self._motions: Floats = np.zeros((self.speeds.shape[1], len(robots), 3))
         """The effect of each axis (first index) of each robot on its v, its w and its speed to the left."""
         for row, model in enumerate(self.models):
@@ -72,22 +73,35 @@ class PlanarEngine(Engine):
         """Advance by dt seconds."""
         if not self.names:
             return
-        poses, velocities = self.poses, self.velocities
-        self.speeds = speeds = self._accelerate(dt)
-        # The wheels of kinematic bodies do not turn, so the lines below would give them no speed.
-        carried = velocities[self.kinematic] if self._any_kinematic else None
+        # The wheels of kinematic bodies do not turn, so `_advance` gives them no speed.
+        carried = self.velocities[self.kinematic] if self._any_kinematic else None
+        before = self.poses.copy()
+        if self._advance(dt):
+            self._collide(before, dt)
+            self._wrap()
+        if carried is not None:
+            self.velocities[self.kinematic] = carried
+
+    def _advance(self, dt: float) -> bool:
+        """Move all bodies as their axes turn. Return True if a budget is used up; headings may then be beyond pi."""
+        poses, velocities, speeds = self.poses, self.velocities, self.speeds
+        if kernel is not None:
+            return kernel.advance(
+                dt, self._targets, speeds, self._slew, self._slowing, self._sideways,
+                self._motions, self._reach, velocities, poses, self.angles, self._budgets,
+            )  # fmt: skip
+        self._accelerate(dt)
         # Not as a product of matrices, whose last bits differ from computer to computer.
         np.multiply(self._motions[0], speeds[:, :1], out=velocities)
         for axis in range(1, len(self._motions)):
             velocities += self._motions[axis] * speeds[:, axis : axis + 1]
-        before = poses.copy()
         (way, turned, aside), (x, y, heading) = (velocities * dt).T, poses.T
         middle = heading + turned * 0.5
         cos, sin = cos_sin_array(middle)
         x += way * cos
         y += way * sin
         far = np.abs(way) + np.abs(turned) * self._reach
-        if self._holonomic:
+        if self._any_sideways:
             x -= aside * sin
             y += aside * cos
             far += np.abs(aside)
@@ -95,9 +109,12 @@ class PlanarEngine(Engine):
         self.angles += speeds * dt
         self._budgets -= far
         if self._budgets.min() < 0.0:
-            self._collide(before, dt)
-        if carried is not None:
-            velocities[self.kinematic] = carried
+            return True
+        self._wrap()
+        return False
+
+    def _wrap(self) -> None:
+        heading = self.poses[:, 2]
         if np.abs(heading).max() > math.pi:
             heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
 
@@ -157,6 +174,13 @@ class PlanarEngine(Engine):
 
         A robot near one whose budget is used up is checked too, because it may be pushed.
         """
+        if kernel is not None:
+            flags = np.empty(self._budgets.shape, dtype=bool)
+            found = kernel.candidates(
+                self._margin, _PUSH, self.poses, self._reach, self.kinematic,
+                self._box_at, self._box_half, self._box_cos, self._box_sin, self.map.discs, self._budgets, flags,
+            )  # fmt: skip
+            return *found, *flags
         at_walls, checked = self._budgets < 0.0
         pairs: set[tuple[int, int]] = set()
         rows = checked.nonzero()[0]

@@ -106,9 +106,9 @@ class BulletEngine(Engine):
             deterministicOverlappingPairs=1,
             physicsClientId=client,
         )
-        aims = self._accelerate(dt)
+        self._accelerate(dt)
+        aims = self.speeds
         aims[self._braking] = 0.0  # the wheels lock at once; friction decides how fast that stops the body
-        self.speeds = aims
         self.angles += aims * dt
         rims = (aims * self._radii).tolist()
         carried = self.kinematic.nonzero()[0].tolist()
