@@ -16,7 +16,7 @@ The state is in the arrays of `Engine`, and in the stretch of the tyres. The sol
 A step gives the same bits on every x86-64 computer with the same build of MuJoCo. That would take the sines of the
 hinges from the C library, whose last bits vary with the processor. So the zero of a body's hinge is always where the
 body heads, which takes no sine, and what turns with the body is the frame of its inertia, to which its shape belongs:
-this module sets both (`_face`). The rest of a step is sums, products, quotients and roots. Builds of MuJoCo for other
+this module sets both (`_settle`). The rest of a step is sums, products, quotients and roots. Builds of MuJoCo for other
 processors contract a product and a sum into one operation, so that their last bits are others.
 """
 
@@ -25,6 +25,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.engines import MUJOCO, check_installed
 from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
@@ -59,6 +60,7 @@ class MujocoEngine(Engine):
     def __init__(self, map_: Map, robots: Sequence[Start]) -> None:
         super().__init__(map_, robots)
         self._traction = Traction(robots)
+        self._carried = self.kinematic.nonzero()[0]
         self._walls = len(map_.boxes) + len(map_.circles)
         self._model = self._build()
         self._data = mujoco.MjData(self._model)
@@ -68,9 +70,11 @@ class MujocoEngine(Engine):
         self._zeros = self._model.qpos0.reshape(-1, 3)
         self._frames = self._model.body_iquat[1:]
         self._cos, self._sin = np.ones(len(robots)), np.zeros(len(robots))
-        """Those of the headings in `_places`; `_face` keeps them up to date."""
+        """Those of the headings in `_places`; `_settle` keeps them up to date."""
+        self._bodies = self._places, self._speeds, self._zeros, self._frames, self._cos, self._sin
         self._fastest = np.array([(m.v_max, m.v_max, m.w_max) for m in self.models]).reshape(-1, 3)
         self._bound = 2.0 * self._fastest.max(axis=0, initial=0.0)
+        self._unbound = np.full(3, math.inf)
 
     def step(self, dt: float) -> None:
         """Advance by dt seconds, in physics steps of at most MAX_PHYSICS_STEP."""
@@ -82,16 +86,9 @@ class MujocoEngine(Engine):
         self.angles += aims * dt
         steps = max(1, math.ceil(dt / MAX_PHYSICS_STEP - 1e-9))
         self._model.opt.timestep = dt / steps
-        places, speeds = self._places, self._speeds
-        places[:] = self.poses
-        self._face()
-        cos, sin, (v, w, side) = self._cos, self._sin, self.velocities.T
-        speeds[:] = np.array((v * cos - side * sin, v * sin + side * cos, w)).T
+        self._depart()
         self._move(dt / steps, steps, self._traction.rims(aims))
-        heading, (vx, vy, w), drives = places[:, 2], speeds.T, ~self.kinematic[:, None]
-        heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
-        np.copyto(self.poses, places, where=drives)
-        np.copyto(self.velocities, np.array((vx * cos + vy * sin, w, vy * cos - vx * sin)).T, where=drives)
+        self._arrive()
         self._feel()
 
     def close(self) -> None:
@@ -110,16 +107,16 @@ class MujocoEngine(Engine):
             rims: the speeds of the rims of all wheels, m/s.
         """
         model, data, places, speeds = self._model, self._data, self._places, self._speeds
-        carried = self.kinematic.nonzero()[0]
-        ends = places[carried]
+        carried = self._carried
+        ends, rates, fastest = places[carried], speeds[carried], self._fastest[carried]
         # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
-        rates = np.clip(speeds[carried], -self._fastest[carried], self._fastest[carried])
+        rates = np.minimum(np.maximum(rates, -fastest), fastest)
         for left_over in range(steps, 0, -1):
             if carried.size:
                 places[carried] = ends - rates * (left_over * dt)
                 speeds[carried] = rates
-                self._face()
-            self._forces[:] = self._traction.press(dt, self._cos, self._sin, speeds.T, rims).T
+                self._settle(self._unbound)
+            self._traction.press(dt, self._cos, self._sin, speeds, rims, self._forces)
             mujoco.mj_step1(model, data)
             if data.nefc:  # one row for each contact
                 gaps = data.efc_pos
@@ -127,11 +124,29 @@ class MujocoEngine(Engine):
                 data.efc_aref[:] = (wanted - data.efc_vel) / dt
             mujoco.mj_step2(model, data)
             # A body that is pressed from several sides at once must not be thrown out.
-            np.clip(speeds, -self._bound, self._bound, out=speeds)
-            self._face()
+            self._settle(self._bound)
 
-    def _face(self) -> None:
-        """Turn the frames of the bodies whose headings in `_places` have changed, and find their cosines and sines."""
+    def _depart(self) -> None:
+        """Give MuJoCo's bodies the poses and velocities of the robots."""
+        if kernel is not None:
+            kernel.depart(*self._bodies, self.poses, self.velocities)
+            return
+        self._places[:] = self.poses
+        self._settle(self._unbound)
+        cos, sin, (v, w, side) = self._cos, self._sin, self.velocities.T
+        self._speeds[:] = np.array((v * cos - side * sin, v * sin + side * cos, w)).T
+
+    def _settle(self, bound: Floats) -> None:
+        """Bound the speeds, turn the frames of bodies whose headings have changed, and find their cosines and sines.
+
+        Args:
+            bound: the highest speeds along x and y in m/s, and the highest turn rate in rad/s.
+        """
+        if kernel is not None:
+            kernel.settle(*self._bodies, bound)
+            return
+        np.maximum(self._speeds, -bound, out=self._speeds)
+        np.minimum(self._speeds, bound, out=self._speeds)
         turned = (self._places[:, 2] != self._zeros[:, 2]).nonzero()[0]
         if not turned.size:
             return
@@ -141,9 +156,22 @@ class MujocoEngine(Engine):
         self._frames[turned, 0], self._frames[turned, 3] = cos, sin
         self._cos[turned], self._sin[turned] = cos * cos - sin * sin, 2.0 * cos * sin
 
+    def _arrive(self) -> None:
+        """Give the robots that drive themselves the poses and velocities of MuJoCo's bodies."""
+        if kernel is not None:
+            kernel.arrive(*self._bodies, self.kinematic, self.poses, self.velocities)
+            return
+        heading, (vx, vy, w), drives = self._places[:, 2], self._speeds.T, ~self.kinematic[:, None]
+        cos, sin = self._cos, self._sin
+        heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
+        np.copyto(self.poses, self._places, where=drives)
+        np.copyto(self.velocities, np.array((vx * cos + vy * sin, w, vy * cos - vx * sin)).T, where=drives)
+
     def _feel(self) -> None:
         """Find the bumpers in contact. A side against something touches it at both ends, so the middle counts."""
         self.touch = [0] * len(self.names)
+        if not self._data.ncon:
+            return
         contacts = self._data.contact
         near = contacts.dist < CONTACT
         if not near.any():

@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
+from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.engines.engine import DRIVE, Floats, Start
 from vrg.portable.arrays import hypot
 from vrg.portable.scalars import cos_sin, square, total
@@ -56,14 +57,16 @@ class Traction:
         force to the left and the moment for each unit of a push."""
         self._stretches: Floats = np.zeros((2, *shape))
         """The stretch of the tyres, as a fraction of GIVE."""
-        self._axes: npt.NDArray[np.intp] = np.zeros(shape, dtype=np.intp)
+        columns = max((len(model.drivetrain.axes) for model in models), default=0)
+        self._axes: npt.NDArray[np.intp] = np.full(shape, np.arange(len(robots)) * columns, dtype=np.intp)
+        """The axis of each wheel, as the number of its speed among those of all axes of all robots."""
         for row, own in enumerate(wheels):
             for n, (wheel, axis) in enumerate(own):
                 (c, s), held = cos_sin(wheel.heading), float(not wheel.rollers)
                 ahead, aside = (c, s, wheel.x * s - wheel.y * c), (-s, c, wheel.x * c + wheel.y * s)
                 self._ways[:, 0, n, row] = ahead
                 self._ways[:, 1, n, row] = [held * way for way in aside]
-                self._axes[n, row] = axis
+                self._axes[n, row] += axis
         self._radii: Floats = np.array([model.drivetrain.wheel_radius for model in models])
         self._damped: Floats = np.array([damped_slip(model) for model in models])
         """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
@@ -82,21 +85,24 @@ class Traction:
 
     def rims(self, speeds: Floats) -> Floats:
         """The speeds of the rims of all wheels, m/s, for the speeds of the axes: shape (robots, axes), rad/s."""
-        rims: Floats = speeds[np.arange(len(speeds)), self._axes] * self._radii
-        return rims
+        return speeds.take(self._axes) * self._radii
 
-    def press(self, dt: float, cos: Floats, sin: Floats, velocities: Floats, rims: Floats) -> Floats:
+    def press(self, dt: float, cos: Floats, sin: Floats, velocities: Floats, rims: Floats, forces: Floats) -> None:
         """Stretch the tyres for the next physics step, and compute what the wheels press with.
 
         Args:
             dt: the length of the physics step, s. cos, sin: those of the headings of the bodies.
-            velocities: shape (3, robots): the speeds of the bodies along x and y in m/s, and their turn rates in rad/s.
+            velocities: shape (robots, 3): the speeds of the bodies along x and y in m/s, and their turn rates in rad/s.
             rims: the speeds of the rims of all wheels, m/s.
-
-        Returns:
-            shape (3, robots): the forces on the bodies along x and y in N, and the moments in N m.
+            forces: shape (robots, 3): is given the forces on the bodies along x and y in N, and the moments in N m.
         """
-        ways, (vx, vy, w) = self._ways, velocities
+        if kernel is not None:
+            kernel.press(
+                dt, GIVE, DRIVE, cos, sin, velocities, rims,
+                self._ways, self._damped, self._grips, self._stretches, forces,
+            )  # fmt: skip
+            return
+        ways, (vx, vy, w) = self._ways, velocities.T
         slips = ways[0] * (vx * cos + vy * sin) + ways[1] * (vy * cos - vx * sin) + ways[2] * w
         turning = np.sign(rims)
         rolling = slips[0] * turning > 0.0
@@ -112,7 +118,7 @@ class Traction:
         spring_share = np.minimum(0.0, hypot(slips[0], slips[1]) - 1.0)
         np.copyto(self._stretches, pushes * spring_share, where=driven | (sizes > 1.0))
         ahead, aside, moments = (ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]).sum(axis=1) * self._grips
-        return np.array((ahead * cos - aside * sin, ahead * sin + aside * cos, moments))
+        forces[:] = np.array((ahead * cos - aside * sin, ahead * sin + aside * cos, moments)).T
 
 
 def _driven(model: RobotModel) -> list[tuple[Wheel, int]]:

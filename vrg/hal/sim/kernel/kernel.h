@@ -92,9 +92,11 @@ static inline void wrap_all(double *poses, Py_ssize_t robots)
         poses[3 * i + 2] -= rint(poses[3 * i + 2] / TAU) * TAU;
 }
 
-/* The functions of Python; the stub _kernel.pyi documents them. */
-PyObject *accelerate(PyObject *module, PyObject *const *args, Py_ssize_t count);
-PyObject *advance(PyObject *module, PyObject *const *args, Py_ssize_t count);
-PyObject *candidates(PyObject *module, PyObject *const *args, Py_ssize_t count);
+/* The functions of Python; the stub _kernel.pyi says what they take. */
+#define FUNCTIONS(one) \
+    one(accelerate) one(advance) one(candidates) one(press) one(depart) one(settle) one(arrive) \
+    one(integrate) one(outlines) one(cast_edges) one(cone_edges)
+#define DECLARED(name) PyObject *name(PyObject *module, PyObject *const *args, Py_ssize_t count);
+FUNCTIONS(DECLARED)
 
 #endif

@@ -60,14 +60,9 @@ int fits(Arguments *these, const Py_ssize_t *sizes)
     return 1;
 }
 
-#define FUNCTION(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL}
+#define ENTRY(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL},
 
-static PyMethodDef functions[] = {
-    FUNCTION(accelerate),
-    FUNCTION(advance),
-    FUNCTION(candidates),
-    {NULL, NULL, 0, NULL},
-};
+static PyMethodDef functions[] = {FUNCTIONS(ENTRY) {NULL, NULL, 0, NULL}};
 
 static PyModuleDef_Slot slots[] = {{0, NULL}};
 

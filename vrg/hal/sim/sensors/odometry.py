@@ -14,6 +14,7 @@ import numpy as np
 from vrg.geometry import wrap
 from vrg.hal.sensors.encoders import EncodersSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
+from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.sensors.base import (
     Floats,
     Instant,
@@ -52,17 +53,15 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             for count, group in groupby(mounted, _axes)
         ]
         counts = [_axes(m) for m in mounted]
-        self._columns = (
-            np.array([m.row for m in mounted for _ in range(_axes(m))], np.intp),
-            np.array([axis for m in mounted for axis in range(_axes(m))], np.intp),
-        )
-        """The row of the robot in the engine, and the axis, of each column."""
+        columns = now.angles.shape[1]
+        self._axes = np.array([m.row * columns + axis for m in mounted for axis in range(_axes(m))], np.intp)
+        """The axis of each column, as the number of its angle among those of all axes of all robots."""
         self._per_rad = np.repeat([_ticks(m) / math.tau for m in mounted], counts)
         self._slip = np.repeat([m.spec.slip_noise for m in mounted], counts)
         scale = np.ones(sum(counts))
         self._motions: Floats = np.zeros((sum(counts), 3))
         """The effect of each column on the way ahead, the turn, and the way to the left of its robot."""
-        self._starts = [0, *accumulate(counts)][:-1]
+        self._starts = np.array([0, *accumulate(counts)][:-1], np.intp)
         """The first column of each robot."""
         for m, start in zip(mounted, self._starts, strict=True):
             own = slice(start, start + _axes(m))
@@ -96,14 +95,21 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             how each robot has moved in the last tick: shape (robots, 3): its way ahead in m, its turn in rad, and its
             way to the left in m.
         """
-        rows, axes = self._columns
-        counts = np.floor(np.array(self._angles)[:, rows, axes] * self._per_rad)
+        angles = np.array(self._angles).reshape(len(self._angles), -1)
         self._angles = self._angles[-1:]
-        ways = (counts[1:] - counts[:-1]) * self._turned
+        factors = np.ones((len(self._ticks), len(self._axes)))
         if self.surroundings.noise:
-            drawn = [noise.of(self._ticks).reshape(len(ways), -1) for noise in self._noises]
-            ways *= 1.0 + (drawn[0] if len(drawn) == 1 else np.concatenate(drawn, axis=1)) * self._slip
+            drawn = [noise.of(self._ticks).reshape(len(self._ticks), -1) for noise in self._noises]
+            factors += (drawn[0] if len(drawn) == 1 else np.concatenate(drawn, axis=1)) * self._slip
         self._ticks = []
+        if kernel is not None:
+            self.poses, last = self.poses.copy(), np.empty(self.poses.shape)
+            kernel.integrate(
+                angles, self._axes, self._per_rad, self._turned, factors, self._motions, self._starts, self.poses, last
+            )
+            return last
+        counts = np.floor(angles[:, self._axes] * self._per_rad)
+        ways = (counts[1:] - counts[:-1]) * self._turned * factors
         # Not as a product of matrices, whose last bits depend on the computer and on the other robots.
         moved = np.add.reduceat(ways[:, :, np.newaxis] * self._motions, self._starts, axis=1)
         ahead, turn, aside = moved[:, :, 0], moved[:, :, 1], moved[:, :, 2]
@@ -116,8 +122,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         x[:] = ahead * cos - aside * sin
         y[:] = ahead * sin + aside * cos
         self.poses = path.cumsum(axis=0)[-1]
-        last: Floats = moved[-1]
-        return last
+        return moved[-1]
 
     def _catch_up(self) -> None:
         if self._ticks:

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
+from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.shapes import box_edges
 from vrg.portable.arrays import cos_sin_array, hypot, turn_order
 from vrg.portable.scalars import asin, atan2, cos_sin, tan
@@ -62,10 +63,15 @@ def among_robots(walls: Edges, models: Sequence[RobotModel], poses: Floats) -> E
     Args:
         models: the models of the robots. poses: theirs, shape (robots, 3), m and rad.
     """
-    bodies = np.empty((len(models), 5))
-    bodies[:, :3] = poses
-    bodies[:, 3:] = [m.size for m in models]
-    return walls.join(Edges(box_edges(bodies)))
+    sizes = np.array([m.size for m in models], dtype=np.float64).reshape(-1, 2)
+    if kernel is None:
+        return walls.join(Edges(box_edges(np.concatenate((poses, sizes), axis=1))))
+    known, count = len(walls.offsets), len(walls.offsets) + 4 * len(models)
+    joined = Edges.__new__(Edges)
+    joined.ends, joined.normals, joined.offsets = np.empty((4, count)), np.empty((2, count)), np.empty(count)
+    joined.ends[:, :known], joined.normals[:, :known], joined.offsets[:known] = walls.ends, walls.normals, walls.offsets
+    kernel.outlines(poses, sizes, joined.ends, joined.normals, joined.offsets)
+    return joined
 
 
 @dataclass(frozen=True)
@@ -128,12 +134,13 @@ def cast_all(places: Floats, turns: Floats, fan: Fan, range_max: float, edges: E
     """
     # Beams are compared by 1 / range. It is linear in a beam's direction, so the pairs need no divisions.
     inverse = np.full(len(places) * fan.count, 1.0 / range_max)
-    height = places[:, :1] * edges.normals[0] + places[:, 1:] * edges.normals[1]
-    height -= edges.offsets
-    looks, seen = ((height > _EPS) & (height < range_max)).nonzero()
-    if len(seen):
-        poses = places.take(looks, axis=0).T, turns.take(looks, axis=1)
-        _cast_edges(inverse, *poses, looks, fan, edges, seen, height[looks, seen])
+    if kernel is None:
+        _cast_edges(inverse, places, turns, fan, range_max, edges)
+    else:
+        kernel.cast_edges(
+            range_max, np.ascontiguousarray(places), turns, edges.ends, edges.normals, edges.offsets,
+            fan.directions, fan.order, inverse,
+        )  # fmt: skip
     ranges: Floats = np.reciprocal(inverse, out=inverse).reshape(len(places), fan.count)
     if len(discs):
         for (x, y), (c, s), own in zip(places.tolist(), turns.T.tolist(), ranges, strict=True):
@@ -141,27 +148,17 @@ def cast_all(places: Floats, turns: Floats, fan: Fan, range_max: float, edges: E
     return ranges
 
 
-def _cast_edges(
-    inverse: Floats,
-    places: Floats,
-    turns: Floats,
-    looks: npt.NDArray[np.intp],
-    fan: Fan,
-    edges: Edges,
-    seen: npt.NDArray[np.intp],
-    height: Floats,
-) -> None:
-    """Raise `inverse` where a seen edge is nearer.
-
-    Args:
-        places: the place of the sensor that sees it, for each seen edge: shape (2, pairs), m. turns: the cosine and the
-            sine of its heading: shape (2, pairs). looks: its number.
-        seen: the numbers of the edges. height: the distance of the sensor from the line of the edge, m. Shape (pairs,).
-    """
-    c, s = turns
+def _cast_edges(inverse: Floats, places: Floats, turns: Floats, fan: Fan, range_max: float, edges: Edges) -> None:
+    """Raise `inverse`, 1 / range of all beams of one sensor after the other, where an edge is nearer."""
+    height = places[:, :1] * edges.normals[0] + places[:, 1:] * edges.normals[1]
+    height -= edges.offsets
+    looks, seen = ((height > _EPS) & (height < range_max)).nonzero()
+    if not len(seen):
+        return
+    height, (x, y), (c, s) = height[looks, seen], places.take(looks, axis=0).T, turns.take(looks, axis=1)
     ends = edges.ends.take(seen, axis=1)
-    ends[:2] -= places
-    ends[2:] -= places
+    ends[::2] -= x
+    ends[1::2] -= y
     slope_x, slope_y = edges.normals.take(seen, axis=1) / -height
     slopes = np.array((c * slope_x + s * slope_y, c * slope_y - s * slope_x))
     # An outline is counter-clockwise, so from outside an edge runs from its greater bearing to its smaller one.
@@ -224,6 +221,21 @@ def nearest_in_cones(poses: Floats, cone: float, range_max: float, edges: Edges,
         shape (cones,), m.
     """
     nearest, turns = np.full(len(poses), range_max), np.array(cos_sin_array(poses[:, 2]))
+    slope = tan(cone / 2)
+    if kernel is None:
+        _hear_edges(nearest, poses, turns, slope, range_max, edges)
+    else:
+        kernel.cone_edges(
+            range_max, slope, math.hypot(1.0, slope), np.ascontiguousarray(poses), turns,
+            edges.ends, edges.normals, edges.offsets, nearest,
+        )  # fmt: skip
+    if len(discs):
+        np.minimum(nearest, _discs(poses[:, :2].T, turns, cone / 2, discs).min(axis=1), out=nearest)
+    return nearest
+
+
+def _hear_edges(nearest: Floats, poses: Floats, turns: Floats, slope: float, range_max: float, edges: Edges) -> None:
+    """Lower `nearest` where an edge is nearer; `slope` is the tangent of half of the angle of a cone."""
     # Only those (cone, edge) pairs are looked at closely whose edge faces the apex and is near enough.
     x, y = poses[:, 0, None], poses[:, 1, None]
     height = edges.normals[0] * x + edges.normals[1] * y - edges.offsets
@@ -233,11 +245,8 @@ def nearest_in_cones(poses: Floats, cone: float, range_max: float, edges: Edges,
     cones, seen = (near & (height > _EPS) & (height < range_max)).nonzero()
     if len(seen):
         places, ends = poses[cones, :2].T, edges.ends.take(seen, axis=1)
-        away = _edges(places, turns.take(cones, axis=1), tan(cone / 2), ends)
+        away = _edges(places, turns.take(cones, axis=1), slope, ends)
         np.minimum.at(nearest, cones, away)
-    if len(discs):
-        np.minimum(nearest, _discs(poses[:, :2].T, turns, cone / 2, discs).min(axis=1), out=nearest)
-    return nearest
 
 
 def _edges(places: Floats, turns: Floats, slope: float, ends: Floats) -> Floats:
