@@ -117,7 +117,8 @@ class Traction:
         # The spring of a tyre that slides gives what the damper leaves of the force.
         spring_share = np.minimum(0.0, hypot(slips[0], slips[1]) - 1.0)
         np.copyto(self._stretches, pushes * spring_share, where=driven | (sizes > 1.0))
-        ahead, aside, moments = (ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]).sum(axis=1) * self._grips
+        parts = ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]
+        ahead, aside, moments = parts.cumsum(axis=1)[:, -1] * self._grips  # a sum has no fixed order
         forces[:] = np.array((ahead * cos - aside * sin, ahead * sin + aside * cos, moments)).T
 
 

@@ -20,7 +20,7 @@ PyObject *integrate(PyObject *module, PyObject *const *args, Py_ssize_t count)
             return NULL;
         }
     for (Py_ssize_t s = 0; s < sensors; s++) {
-        double *pose = a.array[POSES] + 3 * s, *moved = a.array[MOVED] + 3 * s;
+        double *pose = a.array[POSES] + 3 * s, *moved = a.array[MOVED] + 3 * s, others[3] = {0.0, 0.0, 0.0};
         Py_ssize_t first = most(a.rows[STARTS][s], 0), last = s + 1 < sensors ? a.rows[STARTS][s + 1] : columns;
         for (Py_ssize_t t = 0; t < ticks; t++) {
             const double *before = a.array[ANGLES] + t * all, *after = before + all;
@@ -28,11 +28,15 @@ PyObject *integrate(PyObject *module, PyObject *const *args, Py_ssize_t count)
                 Py_ssize_t axis = a.rows[AXES][c];
                 double counts = floor(after[axis] * a.array[PER_RAD][c]) - floor(before[axis] * a.array[PER_RAD][c]);
                 double way = counts * a.array[TURNED][c] * a.array[FACTORS][t * columns + c];
+                /* As np.add.reduceat does: the first, and the sum of the others. */
+                double *sum = c == first ? moved : others;
                 for (int j = 0; j < 3; j++) {
                     double part = way * a.array[MOTIONS][3 * c + j];
-                    moved[j] = c == first ? part : moved[j] + part;
+                    sum[j] = c <= first + 1 ? part : sum[j] + part;
                 }
             }
+            for (int j = 0; last - first > 1 && j < 3; j++)
+                moved[j] += others[j];
             double cos, sin;
             cos_sin(pose[2] + moved[1] * 0.5, &cos, &sin);
             pose[0] += moved[0] * cos - moved[2] * sin;

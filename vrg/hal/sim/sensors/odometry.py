@@ -34,6 +34,9 @@ _FINE = 1_000_000
 _LONGEST = 50
 """The number of ticks after which the ways are integrated at the latest."""
 
+_IN_ORDER = 8
+"""The number of axes up to which numpy adds their ways one after the other, as the kernel does."""
+
 
 class OdometrySimulation(SensorSimulation[OdometrySpec]):
     """Simulates odometry: it adds up the ways of the wheels. Its arrays have one column for each axis of each robot."""
@@ -56,6 +59,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         columns = now.angles.shape[1]
         self._axes = np.array([m.row * columns + axis for m in mounted for axis in range(_axes(m))], np.intp)
         """The axis of each column, as the number of its angle among those of all axes of all robots."""
+        self._kernel = kernel if max(counts, default=0) <= _IN_ORDER else None
         self._per_rad = np.repeat([_ticks(m) / math.tau for m in mounted], counts)
         self._slip = np.repeat([m.spec.slip_noise for m in mounted], counts)
         scale = np.ones(sum(counts))
@@ -102,9 +106,9 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             drawn = [noise.of(self._ticks).reshape(len(self._ticks), -1) for noise in self._noises]
             factors += (drawn[0] if len(drawn) == 1 else np.concatenate(drawn, axis=1)) * self._slip
         self._ticks = []
-        if kernel is not None:
+        if self._kernel is not None:
             self.poses, last = self.poses.copy(), np.empty(self.poses.shape)
-            kernel.integrate(
+            self._kernel.integrate(
                 angles, self._axes, self._per_rad, self._turned, factors, self._motions, self._starts, self.poses, last
             )
             return last
@@ -122,7 +126,8 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         x[:] = ahead * cos - aside * sin
         y[:] = ahead * sin + aside * cos
         self.poses = path.cumsum(axis=0)[-1]
-        return moved[-1]
+        last = moved[-1]
+        return last
 
     def _catch_up(self) -> None:
         if self._ticks:
