@@ -1,6 +1,12 @@
 """The same match on every computer: what takes part in one uses portable arithmetic only."""
 
 import ast
+import platform
+import re
+import runpy
+import shutil
+import subprocess
+import sysconfig
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -9,6 +15,7 @@ import pytest
 import vrg
 from tests.arithmetic import Environment, on_aarch64, printed, with_musl, without_fma
 from tests.digests import played
+from vrg.testing.requirements import missing
 
 ROOT = Path(vrg.__file__).parents[1]
 ROOMS = (
@@ -158,6 +165,28 @@ def test_a_strategy_that_takes_sines_from_the_c_library_plays_another_match_ther
 
 def test_a_match_is_the_same_with_another_c_library(tmp_path: Path) -> None:
     assert same("'roboflag', 1, noisy='red2'", with_musl(tmp_path))
+
+
+def assembly(*flags: str) -> str:
+    """The instructions of the kernel for processors with fused multiply-add, compiled with flags."""
+    headers = Path(sysconfig.get_path("include"))
+    if platform.machine() != "x86_64":
+        pytest.skip("needs an x86-64 processor")
+    if shutil.which("gcc") is None or not (headers / "Python.h").exists():
+        missing("gcc, and the headers of Python")
+    command = ["gcc", "-S", "-march=x86-64-v3", f"-I{headers}", "-o", "-", *flags]
+    sources = sorted((ROOT / "vrg" / "hal" / "sim" / "kernel").glob("*.c"))
+    made = [subprocess.run([*command, str(path)], check=True, capture_output=True, text=True) for path in sources]
+    return "".join(one.stdout for one in made)
+
+
+def test_the_kernel_rounds_every_product_and_every_sum() -> None:
+    flags = runpy.run_path(str(ROOT / "setup.py"))["EXACT"]
+    contracted = re.compile(r"\bvfn?m(add|sub)")
+    assert contracted.search(assembly("-O2")), "a compiler contracts them unless it is told not to"
+    exact = assembly(*flags)
+    assert "vmulsd" in exact
+    assert not contracted.search(exact)
 
 
 SEEDS = ", ".join(map(str, range(15)))

@@ -21,6 +21,7 @@ from vrg.bus.topics import Keys
 from vrg.commands.matches import credentials_for
 from vrg.commands.options import JsonOption, no_window
 from vrg.errors import VrgError
+from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.engines import BULLET, check_installed
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.running import running
@@ -76,6 +77,10 @@ def _physics() -> Finding:
     except (ImportError, RuntimeError) as error:
         return Finding("physics", False, str(error))
     return Finding("physics", True, "PyBullet starts")
+
+
+def _kernel() -> Finding:
+    return Finding("kernel", None, "compiled" if kernel else "not compiled, which costs time: see docs/install.md")
 
 
 def _display() -> Finding:
@@ -160,6 +165,7 @@ def doctor(
         _python,
         _bus,
         _physics,
+        _kernel,
         _can,
         _display,
         _gamepads,

@@ -107,11 +107,11 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             factors += (drawn[0] if len(drawn) == 1 else np.concatenate(drawn, axis=1)) * self._slip
         self._ticks = []
         if self._kernel is not None:
-            self.poses, last = self.poses.copy(), np.empty(self.poses.shape)
+            self.poses, moved = self.poses.copy(), np.empty(self.poses.shape)
             self._kernel.integrate(
-                angles, self._axes, self._per_rad, self._turned, factors, self._motions, self._starts, self.poses, last
+                angles, self._axes, self._per_rad, self._turned, factors, self._motions, self._starts, self.poses, moved
             )
-            return last
+            return moved
         counts = np.floor(angles[:, self._axes] * self._per_rad)
         ways = (counts[1:] - counts[:-1]) * self._turned * factors
         # Not as a product of matrices, whose last bits depend on the computer and on the other robots.
@@ -126,7 +126,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         x[:] = ahead * cos - aside * sin
         y[:] = ahead * sin + aside * cos
         self.poses = path.cumsum(axis=0)[-1]
-        last = moved[-1]
+        last: Floats = moved[-1]
         return last
 
     def _catch_up(self) -> None:
