@@ -10,8 +10,8 @@ from glob import glob
 from setuptools import Extension, setup
 
 EXACT = ["-O2", "-std=c11", "-fvisibility=hidden", "-ffp-contract=off", "-fno-tree-slp-vectorize"]
-"""How it is compiled: no function may be replaced by one of the same name in another library, and no product and sum may
-be rounded as one, which GCC's vectoriser does all the same. Microsoft's compiler does neither unasked."""
+"""How it is compiled: no function may be replaced by one of the same name in another library, and no product and sum
+may be rounded as one, which GCC's vectoriser does all the same. Microsoft's compiler does neither unasked."""
 FOLDER = "vrg/hal/sim/kernel"
 
 kernel = Extension(
