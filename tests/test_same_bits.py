@@ -15,7 +15,6 @@ import pytest
 import vrg
 from tests.arithmetic import Environment, on_aarch64, printed, with_musl, without_fma
 from tests.digests import played
-from vrg.testing.requirements import missing
 
 ROOT = Path(vrg.__file__).parents[1]
 ROOMS = (
@@ -170,10 +169,8 @@ def test_a_match_is_the_same_with_another_c_library(tmp_path: Path) -> None:
 def assembly(*flags: str) -> str:
     """The instructions of the kernel for processors with fused multiply-add, compiled with flags."""
     headers = Path(sysconfig.get_path("include"))
-    if platform.machine() != "x86_64":
-        pytest.skip("needs an x86-64 processor")
-    if shutil.which("gcc") is None or not (headers / "Python.h").exists():
-        missing("gcc, and the headers of Python")
+    if platform.machine() != "x86_64" or shutil.which("gcc") is None or not (headers / "Python.h").exists():
+        pytest.skip("needs gcc and the headers of Python on an x86-64 processor")
     command = ["gcc", "-S", "-march=x86-64-v3", f"-I{headers}", "-o", "-", *flags]
     sources = sorted((ROOT / "vrg" / "hal" / "sim" / "kernel").glob("*.c"))
     made = [subprocess.run([*command, str(path)], check=True, capture_output=True, text=True) for path in sources]

@@ -28,7 +28,6 @@ from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast_all, nearest
 from vrg.hal.sim.shapes import box_edges
 from vrg.portable.scalars import cos_sin
 from vrg.testing.omni import OMNI
-from vrg.testing.requirements import missing
 from vrg.types import Pose, Twist
 
 COURTYARD = load_map("courtyard")
@@ -46,7 +45,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 @pytest.fixture(autouse=True)
 def compiled() -> None:
     if kernel is None:
-        missing("the compiled kernel: `make setup` with a C compiler and Python's headers makes it")
+        pytest.skip("needs the compiled kernel: `make setup` with a C compiler and Python's headers makes it")
 
 
 @contextmanager
