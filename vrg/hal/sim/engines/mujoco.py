@@ -108,9 +108,10 @@ class MujocoEngine(Engine):
         """
         model, data, places, speeds = self._model, self._data, self._places, self._speeds
         carried = self._carried
-        ends, rates, fastest = places[carried], speeds[carried], self._fastest[carried]
-        # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
-        rates = np.minimum(np.maximum(rates, -fastest), fastest)
+        if carried.size:
+            # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
+            rates = np.clip(speeds[carried], -self._fastest[carried], self._fastest[carried])
+            ends = places[carried]
         for left_over in range(steps, 0, -1):
             if carried.size:
                 places[carried] = ends - rates * (left_over * dt)

@@ -143,8 +143,9 @@ def cast_all(places: Floats, turns: Floats, fan: Fan, range_max: float, edges: E
         )  # fmt: skip
     ranges: Floats = np.reciprocal(inverse, out=inverse).reshape(len(places), fan.count)
     if len(discs):
-        for (x, y), (c, s), own in zip(places.tolist(), turns.T.tolist(), ranges, strict=True):
-            _cast_discs(own, x, y, c, s, fan, discs)
+        farthest, circles = ranges.max(axis=1).tolist(), discs.tolist()
+        for (x, y), (c, s), reach, own in zip(places.tolist(), turns.T.tolist(), farthest, ranges, strict=True):
+            _cast_discs(own, x, y, c, s, fan, reach, circles)
     return ranges
 
 
@@ -184,10 +185,11 @@ def _cast_edges(inverse: Floats, places: Floats, turns: Floats, fan: Fan, range_
     np.maximum.at(inverse, beams, pairs[0] + pairs[1])
 
 
-def _cast_discs(ranges: Floats, x: float, y: float, c: float, s: float, fan: Fan, discs: Floats) -> None:
-    """Lower `ranges` where a circle is nearer."""
-    range_max = ranges.max()
-    for cx, cy, radius in discs.tolist():
+def _cast_discs(
+    ranges: Floats, x: float, y: float, c: float, s: float, fan: Fan, range_max: float, discs: list[list[float]]
+) -> None:
+    """Lower `ranges`, of which `range_max` is the longest, where a circle is nearer."""
+    for cx, cy, radius in discs:
         dx, dy = cx - x, cy - y
         square = dx * dx + dy * dy
         if square > (range_max + radius) * (range_max + radius) or square <= radius * radius:
