@@ -147,9 +147,10 @@ class Attendance:
 
     def flooding(self, out: Container[str]) -> dict[str, str]:
         """The players that flood the bus and are not yet out, each with what it does."""
-        flooded = self._mailbox.flooded
+        if not (flooded := self._mailbox.flooded):
+            return {}
         what = f"floods the bus with more than {MAX_MESSAGE_RATE} messages a second"
-        return {name: what for name in self._names if flooded and name not in out and flooded & self._own[name]}
+        return {name: what for name in self._names if name not in out and flooded & self._own[name]}
 
     def back(self, tick: Tick, out: Sequence[str]) -> list[str]:
         """The players that are out and report again.

@@ -107,6 +107,7 @@ class Coordinator(Node):
         self._bodies: dict[str, Body] = {}
         self._limits = _limits(book)
         self._names = self.match.names
+        self._playing = frozenset(self._names)
         self._poses = mailbox.subscribe(keys.poses, sampled=True)
         self._located = mailbox.subscribe(keys.robot_pose(), only=[keys.robot_pose(name).key for name in fused])
         self._clock = mailbox.subscribe(keys.clock, sampled=True)
@@ -194,7 +195,7 @@ class Coordinator(Node):
         if received is None:
             self._field = replace(self._field, offers=offers, sightings=sightings)
         else:
-            bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
+            bodies = {b.name: b for b in received.body.bodies if b.name in self._playing}
             self._bodies = bodies
             moving = frozenset(name for name, body in bodies.items() if not at_rest(body.twist))
             physical = frozenset(name for name, body in bodies.items() if body.physical)

@@ -43,7 +43,8 @@ class SensorInlets:
         newest = {} if self._source is None else self._source.newest
         if len(newest) != self._deferred:
             self._deferred = len(newest)
-            self._published = [inlet for _, inlet in self._inlets if inlet.topic.key not in newest]
+            others = [inlet for _, inlet in self._inlets if inlet.topic.key not in newest]
+            self._published = [inlet for inlet in others if inlet.source is None or inlet.latest is not None]
         told = {inlet.topic.key: told for inlet in self._published if (told := inlet.latest) is not None}
         return Samples(self, self._mailbox.now, newest, told)
 

@@ -67,6 +67,7 @@ class Engine(ABC):
     def __init__(self, map_: Map, robots: Sequence[Start]) -> None:
         self.map = map_
         self.names = [robot.name for robot in robots]
+        self._rows = {name: row for row, name in enumerate(self.names)}
         self.models = models = [robot.model for robot in robots]
         count, axes = len(robots), max((len(model.drivetrain.axes) for model in models), default=0)
         self.kinematic: npt.NDArray[np.bool_] = np.array([robot.kinematic for robot in robots], dtype=bool)
@@ -135,6 +136,8 @@ class Engine(ABC):
             self._targets[row] = 0.0
         else:
             self._targets[row, : len(model.drivetrain.axes)] = model.drivetrain.speeds(twist)
+        if self._braking[row] == (twist is None):
+            return
         self._braking[row] = twist is None
         self._slew[row] = (model.brake if twist is None else model.a_max) / model.drivetrain.wheel_radius
         slowing = model.brake if twist is None else model.slowing or model.a_max
@@ -155,8 +158,8 @@ class Engine(ABC):
             WorldError: there is none of that name.
         """
         try:
-            return self.names.index(name)
-        except ValueError:
+            return self._rows[name]
+        except KeyError:
             known = ", ".join(self.names) or "none"
             raise WorldError(f"robot: expected one of those in the world ({known}), got {name!r}") from None
 
