@@ -66,7 +66,7 @@ def test_the_standing_is_read_with_the_clock_of_the_newest_tick(path: Path) -> N
         assert read_standing(path) is None
         journal.append(1.0, [Stage.PLAY_ROUND], [call(1)], standing(1.0))
         assert read_standing(path) == standing(1.0)
-        journal.mark(standing(2.7))
+        journal.mark(2.7, 2.7, 2.7)
     assert read_standing(path) == standing(2.7)
     path.with_name(path.name + ".clock").unlink()
     assert read_standing(path) == standing(1.0)
@@ -118,7 +118,7 @@ def test_one_of_another_match_a_second_writer_and_one_in_no_folder_are_refused(p
 def test_the_clock_of_the_newest_tick_is_kept_beside(path: Path) -> None:
     filled(path)
     with Journal(path, HEADER) as journal:
-        journal.mark(standing(2.7))
+        journal.mark(2.7, 2.7, 2.7)
     with Journal(path, HEADER) as journal:
         assert journal.standing == standing(2.7)
         journal.append(3.0, [], [], standing(3.0))

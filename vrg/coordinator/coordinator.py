@@ -39,7 +39,7 @@ from vrg.coordinator.evidence import (
     resumed,
 )
 from vrg.coordinator.journal import Journal, NoJournal
-from vrg.coordinator.match import Checkpoint, Match, standing_still
+from vrg.coordinator.match import Match, standing_still
 from vrg.coordinator.outcome import Effects, numbered
 from vrg.coordinator.placing import Placing
 from vrg.coordinator.pushing import moved
@@ -330,18 +330,17 @@ class Coordinator(Node):
         If they cannot be written, the match is halted and the next tick tries again.
         """
         self._unsaved += outcomes
-        standing = self.match.standing()
         try:
             settled = self._journal.settled()
             if settled:
                 self._announce()
                 if self._unsaved:
-                    self._append(time, standing)
+                    self._append(time)
                     settled = self._journal.settled()
                     if settled:
                         self._announce()
                 else:
-                    self._record_silently(time, standing)
+                    self._record_silently(time)
         except JournalError as error:
             settled = not (self._writing or self._unsaved)  # only what need not survive exactly is missing
             halted = Effects() if settled else self._apply(Halted(str(error)))
@@ -350,12 +349,13 @@ class Coordinator(Node):
                 self._unsaved.append(halted)
         if settled:
             self._up_to_date = time
-            self._journal.mark(standing)
+            self._journal.mark(*self.match.clocks)
         return settled
 
-    def _append(self, time: float, standing: Checkpoint) -> None:
+    def _append(self, time: float) -> None:
         """Begin to write the outcomes that are not saved."""
-        self._calls = numbered(self._unsaved, self.match.calls, standing.clock, self._field.uncertainty)
+        clock, *_ = self.match.clocks
+        self._calls = numbered(self._unsaved, self.match.calls, clock, self._field.uncertainty)
         self.match.calls += len(self._calls)
         stages = [stage for outcome in self._unsaved for stage in outcome.stages]
         self._writing, self._unsaved = self._unsaved, []
@@ -370,12 +370,13 @@ class Coordinator(Node):
             self.mailbox.publish(self._keys.referee_event, announced)
         self._writing, self._calls = [], []
 
-    def _record_silently(self, time: float, standing: Checkpoint) -> None:
+    def _record_silently(self, time: float) -> None:
         """Write what has changed without a call, once per RECORD_PERIOD: it must survive a crash, but not exactly."""
         last = self._journal.last
-        if last is None or standing.game == last.standing.game:
+        if last is None or time < max(last.time + RECORD_PERIOD, self._record_at):
             return
-        if time < max(last.time + RECORD_PERIOD, self._record_at):
+        standing = self.match.standing()
+        if standing.game == last.standing.game:
             return
         self._record_at = time + RECORD_PERIOD
         self._journal.append(time, [], [], standing)

@@ -252,14 +252,13 @@ class Journal:
         """True while what the referee decides by is not written."""
         return self._evidence.gap
 
-    def mark(self, standing: Checkpoint) -> None:
-        """Write the play clock of this tick. A failure is only logged, because the last record is still good."""
-        mark = ClockMark(
-            n=self.last.n if self.last else 0,
-            clock=standing.clock,
-            total=standing.total,
-            in_stage=standing.in_stage,
-        )
+    def mark(self, clock: float, total: float, in_stage: float) -> None:
+        """Write the clocks of this tick. A failure is only logged, because the last record is still good.
+
+        Args:
+            clock, total, in_stage: as in `Checkpoint`, s.
+        """
+        mark = ClockMark(n=self.last.n if self.last else 0, clock=clock, total=total, in_stage=in_stage)
 
         def write() -> None:
             try:
@@ -314,8 +313,8 @@ class NoJournal:
         """False: there is no evidence that goes on."""
         return False
 
-    def mark(self, standing: Checkpoint) -> None:
-        """Forget the play clock."""
+    def mark(self, clock: float, total: float, in_stage: float) -> None:
+        """Forget the clocks."""
 
 
 def read_journal(path: Path, damage: list[str] | None = None) -> tuple[JournalHeader, list[Record]]:

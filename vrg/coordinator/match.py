@@ -161,16 +161,22 @@ class Match:
         except msgspec.ValidationError as error:
             raise FileError(f"expected a standing of {self._book.name}: {error}") from None
 
+    @property
+    def clocks(self) -> tuple[float, float, float]:
+        """The time of play in this round, in the match, and in this stage without halts, as in a standing, s."""
+        return round(self.clock, 6), round(self.total, 6), round(self.in_stage, 6)
+
     def standing(self) -> Checkpoint:
         """The standing of the match, for the journal."""
         if self._plain is None or self._plain[0] is not self.game:
             self._plain = self.game, msgspec.to_builtins(self.game)
+        clock, total, in_stage = self.clocks
         return Checkpoint(
             stage=self.stage,
             halted=self.halted,
-            clock=round(self.clock, 6),
-            total=round(self.total, 6),
-            in_stage=round(self.in_stage, 6),
+            clock=clock,
+            total=total,
+            in_stage=in_stage,
             calls=self.calls,
             winner=self.winner,
             game=self._plain[1],
