@@ -117,7 +117,7 @@ def integrate(
     """`OdometrySimulation._integrate`: `poses` and `moved` are written."""
 
 def outlines(poses: _Floats, sizes: _Floats, ends: _Floats, normals: _Floats, offsets: _Floats, /) -> None:
-    """`rays.among_robots`: the last edges in `ends`, `normals` and `offsets`, four for each robot, are written."""
+    """`rays.among_robots`: `ends`, `normals` and `offsets` of the edges of robots are written."""
 
 def cast_edges(
     range_max: float,

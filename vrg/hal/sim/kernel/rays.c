@@ -23,13 +23,11 @@ PyObject *outlines(PyObject *module, PyObject *const *args, Py_ssize_t count)
     Arguments a;
     if (!take(&a, "aaAAA", args, count))
         return NULL;
-    Py_ssize_t robots = a.size[POSES] / 3, all = a.size[OFFSETS];
-    if (all < 4 * robots)
-        all = 4 * robots;  /* which does not fit */
+    Py_ssize_t robots = a.size[POSES] / 3, all = 4 * robots;
     if (!fits(&a, (const Py_ssize_t[]){3 * robots, 2 * robots, 4 * all, 2 * all, all, -2}))
         return NULL;
     double *ends = a.array[ENDS], *normals = a.array[NORMALS], *offsets = a.array[OFFSETS];
-    for (Py_ssize_t i = 0, k = all - 4 * robots; i < robots; i++) {
+    for (Py_ssize_t i = 0, k = 0; i < robots; i++) {
         const double *pose = a.array[POSES] + 3 * i, *size = a.array[SIZES] + 2 * i;
         double cos, sin, x[4], y[4];
         cos_sin(pose[2], &cos, &sin);

@@ -66,12 +66,10 @@ def among_robots(walls: Edges, models: Sequence[RobotModel], poses: Floats) -> E
     sizes = np.array([m.size for m in models], dtype=np.float64).reshape(-1, 2)
     if kernel is None:
         return walls.join(Edges(box_edges(np.concatenate((poses, sizes), axis=1))))
-    known, count = len(walls.offsets), len(walls.offsets) + 4 * len(models)
-    joined = Edges.__new__(Edges)
-    joined.ends, joined.normals, joined.offsets = np.empty((4, count)), np.empty((2, count)), np.empty(count)
-    joined.ends[:, :known], joined.normals[:, :known], joined.offsets[:known] = walls.ends, walls.normals, walls.offsets
-    kernel.outlines(poses, sizes, joined.ends, joined.normals, joined.offsets)
-    return joined
+    own, count = Edges.__new__(Edges), 4 * len(models)
+    own.ends, own.normals, own.offsets = np.empty((4, count)), np.empty((2, count)), np.empty(count)
+    kernel.outlines(np.ascontiguousarray(poses), sizes, own.ends, own.normals, own.offsets)
+    return walls.join(own)
 
 
 @dataclass(frozen=True)
