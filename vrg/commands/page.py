@@ -30,7 +30,6 @@ from vrg.hosts import netloc
 from vrg.kinds import WEB
 from vrg.launch.first_state import first_state
 from vrg.packages import lacking
-from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.credentials import is_official
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
 from vrg.seats.seat import Seat, SeatKind
@@ -164,6 +163,8 @@ def encrypted(page: Admission, named: str = "") -> Admission:
     Args:
         named: a further name by which browsers reach this machine; empty for none.
     """
+    from vrg.seats.authority import make_authority, make_seat, validity
+
     now = datetime.now(UTC)
     machine = socket.gethostname()
     hosts = [*reached_at(page.host), *LOCAL_HOSTS, machine, f"{machine}.local", *([named] if named else [])]
@@ -194,6 +195,8 @@ def known_page(keys: Path) -> Admission | None:
     Raises:
         ConfigError: they, or the certificate with them, cannot be read.
     """
+    from vrg.seats.authority import validity
+
     file, what = KeysFolder(keys).page, ""
     try:
         page = read_admission(read_text(file)) if file.exists() else None
@@ -230,6 +233,8 @@ def print_links(page: Admission, console: Console, drawer: str = "") -> None:
             soft_wrap=True,
         )
     if page.certificate:
+        from vrg.seats.authority import fingerprint
+
         console.print(
             "browsers warn that they do not know the certificate of the page: continue if its SHA-256 fingerprint is "
             f"{fingerprint(page.certificate)}",

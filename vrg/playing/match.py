@@ -22,7 +22,7 @@ from vrg.launch.process_main import is_sealed
 from vrg.launch.sandbox.seal import check_able, missing
 from vrg.launch.strategy_class import strategy_of
 from vrg.packages import lacking
-from vrg.playing import in_steps, over_processes, strategy_process
+from vrg.playing import over_processes, strategy_process
 from vrg.playing.launch import How, Launch, Played, Way
 from vrg.playing.strategies import Strategies
 from vrg.playing.trial import once_each, trial
@@ -110,10 +110,9 @@ def play(launch: Launch, folder: RunFolder, server: ForkServer, also: StopSignal
 
     if launch.steps and not launch.paced:
         launch = replace(launch, setup=launch.setup.at_rate(0.0))
-    way: Way = in_steps.play if launch.steps else over_processes.play
     with stop_on_signals(also) as stop:
         server.stop = stop
-        played = way(launch, folder, server, stop, over)._replace(interrupted=stop.is_set())
+        played = _way(launch)(launch, folder, server, stop, over)._replace(interrupted=stop.is_set())
         # After a window, the result is written silently once more, with the processes' counts and the recording's end.
         # A second Ctrl-C does not keep the result from being written.
         last = replace(launch, console=Console(quiet=True)) if shown else launch
@@ -193,6 +192,15 @@ def _unsealed(names: Sequence[str]) -> str:
 
 def _listed(names: Sequence[str]) -> str:
     return ", ".join(names) if len(names) < 5 else f"{len(names)} players"
+
+
+def _way(launch: Launch) -> Way:
+    """How a match is played."""
+    if not launch.steps:
+        return over_processes.play
+    from vrg.playing.in_steps import play  # noqa: PLC0415 - it loads all nodes, which other processes do otherwise
+
+    return play
 
 
 def _conclude(launch: Launch, folder: RunFolder, played: Played) -> None:
