@@ -296,7 +296,7 @@ BUDGETS = {
     "hal": 1_590,  # the permission of robots, which the world uses too; samples that are made when they are looked at
     "shared values": 1_860,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
-    "agents": 1_460,  # with words and sketches that are rounded, and beams that are computed once
+    "agents": 1_480,  # with words and sketches that are rounded, and beams that are computed once
     "recording": 1_155,  # with what a file of MCAP cannot hold
     "playing": 2_100,  # with matches over processes, and readings that a strategy elsewhere asks for
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors

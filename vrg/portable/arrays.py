@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from vrg.portable.scalars import FAR, cos_sin, within_a_quarter
+from vrg.portable.scalars import FAR, cos_sin, inverse, within_a_quarter
 
 Floats = npt.NDArray[np.float64]
 
@@ -87,38 +87,10 @@ def product(first: Floats, second: Floats) -> Floats:
 
 
 def inverted(matrix: Floats) -> Floats:
-    """The inverse of a small symmetric positive definite matrix, shape (n, n), by its square root (Cholesky).
+    """The inverse of a small symmetric positive definite matrix, shape (n, n); see `vrg.portable.scalars.inverse`.
 
     Raises:
         ValueError: the matrix is not positive definite.
     """
-    rows = matrix.tolist()
-    n = len(rows)
-    # The inverse of the lower triangle L of matrix = L L', row by row.
-    lower = [[0.0] * n for _ in rows]
-    inverted = [[0.0] * n for _ in rows]
-    for i, row in enumerate(rows):
-        for j in range(i + 1):
-            left = row[j]
-            for k in range(j):
-                left -= lower[i][k] * lower[j][k]
-            if i > j:
-                lower[i][j] = left / lower[j][j]
-            elif left > 0.0:
-                lower[i][i] = math.sqrt(left)
-            else:
-                raise ValueError("expected a positive definite matrix; make its diagonal larger")
-        for j in range(i):
-            left = 0.0
-            for k in range(j, i):
-                left -= lower[i][k] * inverted[k][j]
-            inverted[i][j] = left / lower[i][i]
-        inverted[i][i] = 1.0 / lower[i][i]
-    result = np.empty((n, n))
-    for i in range(n):
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(i, n):
-                total += inverted[k][i] * inverted[k][j]
-            result[i, j] = result[j, i] = total
+    result: Floats = np.array(inverse(matrix.tolist()))
     return result

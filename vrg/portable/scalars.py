@@ -12,7 +12,7 @@ operation. `vrg.portable.arrays` has the same for arrays.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 VERSION: Final = 1
@@ -69,6 +69,43 @@ def total(values: Iterable[float]) -> float:
     result = 0.0
     for value in values:
         result += value
+    return result
+
+
+def inverse(rows: Sequence[Sequence[float]]) -> list[list[float]]:
+    """The inverse of a small symmetric positive definite matrix by its square root (Cholesky), row by row.
+
+    Raises:
+        ValueError: the matrix is not positive definite.
+    """
+    n = len(rows)
+    # The inverse of the lower triangle L of the matrix = L L', row by row.
+    lower = [[0.0] * n for _ in rows]
+    inverted = [[0.0] * n for _ in rows]
+    for i, row in enumerate(rows):
+        for j in range(i + 1):
+            left = row[j]
+            for k in range(j):
+                left -= lower[i][k] * lower[j][k]
+            if i > j:
+                lower[i][j] = left / lower[j][j]
+            elif left > 0.0:
+                lower[i][i] = math.sqrt(left)
+            else:
+                raise ValueError("expected a positive definite matrix; make its diagonal larger")
+        for j in range(i):
+            left = 0.0
+            for k in range(j, i):
+                left -= lower[i][k] * inverted[k][j]
+            inverted[i][j] = left / lower[i][i]
+        inverted[i][i] = 1.0 / lower[i][i]
+    result = [[0.0] * n for _ in rows]
+    for i in range(n):
+        for j in range(i + 1):
+            both = 0.0
+            for k in range(i, n):
+                both += inverted[k][i] * inverted[k][j]
+            result[i][j] = result[j][i] = both
     return result
 
 

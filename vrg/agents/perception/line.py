@@ -4,20 +4,20 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from operator import mul
 
 import numpy as np
 
 from vrg.agents.perception.scan import Floats
 from vrg.bus.messages import Sighting
-from vrg.portable.arrays import inverted, product
-from vrg.portable.scalars import square
+from vrg.portable.scalars import inverse, square, total
 from vrg.types import Vector
 
 SAME_ERROR = 0.3
 """The time in s in which the errors of one source's sightings are the same: measured, as in `benchmarks/team.py`."""
 COMMON = 0.5
 """The share of the covariance of one source's sightings that is an offset of all of them: measured, too."""
-_POSITION = [0, 2]
+_POSITION = (0, 2)
 """The places of x and y among the parameters."""
 _MOST_INFLATED = 1e12
 """The greatest factor by which the other parameters may increase the variance of one, if they count as determined."""
@@ -36,6 +36,16 @@ class _Solution:
     time: float
     parameters: list[float]
     covariance: list[list[float]]
+
+
+def _count_from(information: list[list[float]], vector: list[float], by: float) -> None:
+    """Let normal equations count from a time that is `by` s earlier, in place; see `_Part.counted_from`."""
+    for row in information:
+        row[1] += by * row[0]
+        row[3] += by * row[2]
+    for place, rate in ((0, 1), (2, 3)):
+        information[rate] = [p + by * q for p, q in zip(information[rate], information[place], strict=True)]
+        vector[rate] += by * vector[place]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,17 +83,32 @@ class _Part:
         vector[1::2] += by * vector[::2]
         return replace(self, information=information, vector=vector)
 
-    def honest(self) -> tuple[Floats, Floats]:
+    def plain(self) -> tuple[list[list[float]], list[float]]:
+        """The normal equations as Python's own numbers, which are faster one by one."""
+        return self.information.tolist(), self.vector.tolist()
+
+    def honest(self) -> tuple[list[list[float]], list[float]]:
         """What these sightings tell if a part of their errors is the same in all; see `TrackedLine`."""
         worth = min(float(self.count), 1.0 + (self.last - self.first) / SAME_ERROR)
-        information, vector = self.information * (worth / self.count), self.vector * (worth / self.count)
+        share = worth / self.count
+        rows, values = self.plain()
+        information, vector = [[share * each for each in row] for row in rows], [share * each for each in values]
         # The offset is two more unknowns, with the covariance COMMON R, that are eliminated here. In the normal
         # equations they have the rows of the position, because the source sees only the sum of both.
-        places = information[_POSITION]
-        known = worth * COMMON / (worth * COMMON + 1.0 - COMMON)
-        gain = product(known * places.T, inverted(places[:, _POSITION]))
-        left, rest = information - product(gain, places), vector - product(gain, vector[_POSITION])
-        return left / (1.0 - COMMON), rest / (1.0 - COMMON)
+        x, y = _POSITION
+        of_x, of_y = information[x], information[y]
+        known, own = worth * COMMON / (worth * COMMON + 1.0 - COMMON), 1.0 - COMMON
+        (a, b), (_, d) = inverse([[of_x[x], of_x[y]], [of_y[x], of_y[y]]])
+        gains = [
+            (known * p * a + known * q * b, known * p * b + known * q * d) for p, q in zip(of_x, of_y, strict=True)
+        ]
+        left = [
+            [(each - (g * p + h * q)) / own for each, p, q in zip(row, of_x, of_y, strict=True)]
+            for row, (g, h) in zip(information, gains, strict=True)
+        ]
+        places = vector[x], vector[y]
+        rest = [(each - (g * places[0] + h * places[1])) / own for each, (g, h) in zip(vector, gains, strict=True)]
+        return left, rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,29 +200,28 @@ class TrackedLine:
         Raises:
             ValueError: the sightings do not determine it.
         """
-        information, vector = np.zeros((4, 4)), np.zeros(4)
+        information, vector = [[0.0] * 4 for _ in range(4)], [0.0] * 4
         for source, part in self.parts.items():
-            its, values = (part.information, part.vector) if source is None else part.honest()
-            information, vector = information + its, vector + values
-        weights = information[0, 0] + information[2, 2]
-        by = -float(information[0, 1] + information[2, 3]) / float(weights) if weights > 0.0 else 0.0
-        middle = _Part(information, vector, self.count, self.first, self.last).counted_from(by)
-        information, vector = middle.information, middle.vector
-        information[1, 1] += self.weight
-        information[3, 3] += self.weight
+            rows, values = part.plain() if source is None else part.honest()
+            information = [[p + q for p, q in zip(*both, strict=True)] for both in zip(information, rows, strict=True)]
+            vector = [p + q for p, q in zip(vector, values, strict=True)]
+        weights = information[0][0] + information[2][2]
+        by = -(information[0][1] + information[2][3]) / weights if weights > 0.0 else 0.0
+        _count_from(information, vector, by)
+        information[1][1] += self.weight
+        information[3][3] += self.weight
         # In units in which the diagonal is 1, so that seconds and metres do not decide whether it can be solved.
-        scale = np.sqrt(np.maximum(information.diagonal(), 0.0))
-        if not scale.all():
+        scale = [math.sqrt(max(information[n][n], 0.0)) for n in range(4)]
+        if not all(scale):
             raise ValueError(_UNDETERMINED)
-        units = scale[:, None] * scale
         try:
-            inverse = inverted(information / units)
+            solved = inverse([[information[i][j] / (scale[i] * scale[j]) for j in range(4)] for i in range(4)])
         except ValueError:
             raise ValueError(_UNDETERMINED) from None
-        if not 0.0 < inverse.diagonal().max() < _MOST_INFLATED:
+        if not 0.0 < max(solved[n][n] for n in range(4)) < _MOST_INFLATED:
             raise ValueError(_UNDETERMINED)
-        inverse /= units
-        return _Solution(self.time - by, product(inverse, vector).tolist(), inverse.tolist())
+        covariance = [[solved[i][j] / (scale[i] * scale[j]) for j in range(4)] for i in range(4)]
+        return _Solution(self.time - by, [total(map(mul, row, vector)) for row in covariance], covariance)
 
     @property
     def velocity(self) -> Vector:
