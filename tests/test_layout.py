@@ -309,7 +309,7 @@ BUDGETS = {
 """The most lines of code of each room, by scripts/size. A change that needs more raises a number, and says why."""
 
 
-KERNEL = 700
+KERNEL = 650
 """The most lines of C of the kernel, which computes again what Python computes: it must save enough time for them."""
 
 
