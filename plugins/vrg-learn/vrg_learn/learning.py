@@ -3,7 +3,7 @@
 A game has only what is its own here. The other modules lay the numbers out, with what is the same for all games, and
 add up the rewards. This one, and those in `vrg_learn/games/`, need neither numpy nor a library for learning.
 
-A package outside adds what its game has by an entry point of the group `vrg.learning` with the name of the game:
+A package outside may add what its game has by an entry point of the group `vrg.learning` with the name of the game:
 
     [project.entry-points."vrg.learning"]
     my-game = "my_package.observation:LEARNING"
@@ -17,6 +17,7 @@ from typing import Final, NamedTuple
 from vrg.agents.strategy import View
 from vrg.bus.messages import PlayerStatus
 from vrg.errors import ConfigError
+from vrg.games import GAMES
 from vrg.regions import Bounds
 from vrg.registry import Registry
 from vrg.types import Vector
@@ -94,15 +95,19 @@ LEARNINGS: Final[Registry[Learning]] = Registry(
 
 
 def learning_of(game: str, place: str | Path | None = None) -> Learning:
-    """What programs that learn a game need to know of it.
+    """What programs that learn a game need to know of it: what its package says, or else what its rule book publishes.
 
     Args:
         place: where the game is named, such as a file; errors begin with it.
 
     Raises:
-        ConfigError: no program can learn a game of this name, or what it needs cannot be imported.
+        ConfigError: there is no game of this name, or what programs need of it cannot be imported.
     """
     try:
+        if game not in LEARNINGS and (known := GAMES.find(game)) is not None:
+            from vrg_learn.default import default_of  # noqa: PLC0415 - it needs the rules, and other games do not
+
+            return default_of(known)
         return LEARNINGS.get(game)
     except ConfigError as error:
         if place is None:

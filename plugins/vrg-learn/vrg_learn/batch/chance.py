@@ -37,6 +37,12 @@ def uniform(chance: Record) -> float:
     return float(mixed(chance.word) >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
+def whole(chance: Record) -> int:
+    """The next number of a match's stream, a whole one from 0 to 2**63 - 1."""
+    chance.word = chance.word + _STEP
+    return int(mixed(chance.word) >> np.uint64(1))
+
+
 def between(chance: Record, low: float, high: float) -> float:
     """The next number of a match's stream, uniform between two numbers."""
     return low + (high - low) * uniform(chance)

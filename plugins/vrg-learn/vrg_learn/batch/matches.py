@@ -15,8 +15,10 @@ from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import cores
 from vrg_learn.batch import chance, motion, roboflag, sharks_and_minnows, stepping
 from vrg_learn.batch.game import BatchedGame
+from vrg_learn.batch.refereed import Refereed
 from vrg_learn.batch.stepping import Matches, Outputs, Variation
 from vrg_learn.compiled import compiled
+from vrg_learn.learning import learning_of
 
 GAMES: Final[dict[str, Callable[..., BatchedGame]]] = {
     "roboflag": roboflag.batched,
@@ -60,8 +62,8 @@ class Batch:
     ) -> None:
         if setup.physical:
             raise ConfigError(f"{setup.origin}: {', '.join(setup.physical)}: only virtual robots can play in a batch")
-        if setup.game not in GAMES:
-            raise ConfigError(f"{setup.origin}: expected one of {', '.join(GAMES)} for a batch, got {setup.game}")
+        if setup.sight is not None:
+            raise ConfigError(f"{setup.origin}: expected a match without `sight` for a batch, whose players see everybody")
         self.players = [player.name for player in setup.players]
         self.roles = [player.role for player in setup.players]
         self.matches, self.vary, self.most = matches, vary, most
@@ -70,7 +72,12 @@ class Batch:
             model, robots = motion.robots(models, matches), motion.robots(models, matches)
         except ValueError as error:
             raise ConfigError(f"{setup.origin}: {error}") from None
-        game = GAMES[setup.game](rulebook_of(setup), matches, shaping=shaping)
+        referees = None
+        if setup.game in GAMES:
+            game = GAMES[setup.game](rulebook_of(setup), matches, shaping=shaping)
+        else:
+            referees = Refereed(setup, learning_of(setup.game, setup.origin), matches, shaping=shaping)
+            game = referees.game
         players = len(self.players)
         self.sides: npt.NDArray[np.int64] = game.setting.sides
         self.rules, self.teams, self.length, self.strategies = game.rules, game.teams, game.length, game.strategies
@@ -82,7 +89,7 @@ class Batch:
             robots=robots,
             model=model,
             minds=stepping.minds(matches, players, vary.delay),
-            plans=stepping.plans(matches, players),
+            plans=stepping.plans(matches, players, len(game.teams)),
             chance=chance.streams(matches),
         )
         chance.seed(self.records.chance, seed)
@@ -96,10 +103,12 @@ class Batch:
             truncated=np.zeros(matches, dtype=np.bool_),
             winners=np.full(matches, -1, dtype=np.int64),
         )
-        functions = game.functions._asdict()
-        self._step = compiled(stepping.step_all, **functions)
-        self._begin = compiled(stepping.begin_all, **functions)
-        threads = threads or cores()
+        if referees is not None:
+            self._step, self._begin, threads = referees.step_all, referees.begin_all, 1
+        elif game.functions is not None:
+            functions = game.functions._asdict()
+            self._step = compiled(stepping.step_all, **functions)
+            self._begin = compiled(stepping.begin_all, **functions)
         edges = np.linspace(0, matches, min(threads, matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
         self._closed = False
@@ -139,7 +148,7 @@ class Batch:
         """Begin all matches again, and return the observations: shape (matches, players, length)."""
         if seed is not None:
             chance.seed(self.records.chance, seed)
-        self._begin(0, self.matches, self.records, self.vary, self.out)
+        self._begin(0, self.matches, self.records, self.walls, self.vary, self.out)
         return self.out.observations
 
     def step(self, actions: npt.NDArray[np.float32]) -> Outputs:

@@ -102,7 +102,7 @@ def minds(matches: int, players: int, delay: int) -> Records:
     )
 
 
-def plans(matches: int, players: int) -> Records:
+def plans(matches: int, players: int, teams: int = 2) -> Records:
     """What the teams of this many matches that play by a strategy remember: all play by actions at first.
 
     Fields: `strategy` of each team: its number, or -1; `driving`: whether it drives by that, or by actions; `opened`
@@ -113,11 +113,11 @@ def plans(matches: int, players: int) -> Records:
     """
     found = records(
         matches,
-        strategy=(int, 2),
-        driving=(bool, 2),
+        strategy=(int, teams),
+        driving=(bool, teams),
         advice=(np.float32, players, 2),
-        opened=(float, 2),
-        winner=(int, 2),
+        opened=(float, teams),
+        winner=(int, teams),
         bid=(float, players),
         job=(int, players),
         target=(int, players),
@@ -136,10 +136,8 @@ judge = next_round = reset = drive = able = observe = forget = plan = decide = h
 """The functions of a game, which are given the records of one match; `compiled` fills them in."""
 
 
-def begin(
-    s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, chance: Record, vary: Variation
-) -> None:
-    """Begin a match again, with robots and a link of its own."""
+def draw(m: Record, r: Record, model: Record, k: Record, chance: Record, vary: Variation) -> None:
+    """Draw the robots and the link of a match that begins again."""
     for n in range(len(m.poses)):
         r.v_max[n] = model.v_max[n] * between(chance, 1.0 - vary.speed, 1.0 + vary.speed)
         r.slew[n] = model.slew[n] * between(chance, 1.0 - vary.acceleration, 1.0 + vary.acceleration)
@@ -150,6 +148,13 @@ def begin(
     k.loss = between(chance, 0.0, vary.loss)
     k.wanted[:] = 0.0
     k.steps = 0
+
+
+def begin(
+    s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, chance: Record, vary: Variation
+) -> None:
+    """Begin a match again, with robots and a link of its own."""
+    draw(m, r, model, k, chance, vary)
     reset(s, t, m, r, chance)
     k.poses[:] = m.poses
     k.velocities[:] = 0.0
@@ -200,6 +205,23 @@ def advise(s: Record, t: Record, r: Record, model: Record, k: Record, p: Record)
             p.advice[n, 1] = min(1.0, max(-1.0, w / model.w_max[n]))
 
 
+def move(
+    s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, p: Record, chance: Record, walls: Walls,
+    actions: Singles,
+) -> None:
+    """Let the players of a match drive until the next decision.
+
+    Args:
+        actions: shape (players, 2), those of the players that do not play by a strategy.
+    """
+    for n in range(len(m.poses)):
+        wanted = p.advice[n] if p.driving[s.sides[n]] else actions[n]
+        keep(k, chance, n, wanted[0] * model.v_max[n], wanted[1] * model.w_max[n])
+        drive(s, t, m, r, n, k.wanted[n, k.late, 0], k.wanted[n, k.late, 1])
+    for _ in range(TICKS):
+        advance(m, r, walls, PERIOD / TICKS)
+
+
 def show(s: Record, t: Record, model: Record, k: Record, o: Outputs, b: int) -> None:
     """Write what each player of match `b` sees, and whether it is able to act."""
     observe(s, t, model, k.poses, k.velocities, k.own, o.observations[b])
@@ -207,7 +229,7 @@ def show(s: Record, t: Record, model: Record, k: Record, o: Outputs, b: int) -> 
         o.able[b, n] = able(t, n)
 
 
-def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> None:
+def begin_all(low: int, high: int, a: Matches, walls: Walls, vary: Variation, o: Outputs) -> None:
     """Begin the matches of these numbers again."""
     for b in range(low, high):
         s, t, m, r, k, model = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b], a.model[b]
@@ -247,11 +269,6 @@ def step_all(
             begin(s, t, m, r, model, k, chance, vary)
             forget(p)
         elif not over:
-            for n in range(len(m.poses)):
-                wanted = p.advice[n] if p.driving[s.sides[n]] else actions[b, n]
-                keep(k, chance, n, wanted[0] * model.v_max[n], wanted[1] * model.w_max[n])
-                drive(s, t, m, r, n, k.wanted[n, k.late, 0], k.wanted[n, k.late, 1])
-            for _ in range(TICKS):
-                advance(m, r, walls, PERIOD / TICKS)
+            move(s, t, m, r, model, k, p, chance, walls, actions[b])
         measure(m, k, chance, vary)
         show(s, t, model, k, o, b)
