@@ -5,10 +5,12 @@ import sys
 from importlib.metadata import EntryPoint
 
 import pytest
-from making import GAMES_LEARNED
+from making import GAMES_LEARNED, Situation
 
 from vrg import registry
 from vrg.errors import ConfigError
+from vrg.games import GAMES
+from vrg_learn.default import default_of
 from vrg_learn.games.roboflag import LEARNING
 from vrg_learn.learning import LEARNINGS, learning_of
 
@@ -30,11 +32,38 @@ def test_a_package_outside_adds_a_game_that_can_be_learned(monkeypatch: pytest.M
         learning_of("walk")
 
 
-def test_a_game_that_nobody_can_learn_is_answered_with_those_that_can_be_and_the_place() -> None:
-    with pytest.raises(
-        ConfigError, match=r"^old\.npz: game that can be learned: expected one of .*roboflag.*'practice'"
-    ):
-        learning_of("practice", "old.npz")
+def test_a_game_whose_package_says_nothing_is_learned_by_what_its_rule_book_publishes() -> None:
+    learning = learning_of("practice")
+    assert learning.numbers == ("my role is player", "i may move", "i am out of play", "time left", "round", "lead")
+    assert learning.places == ("nearest point of the field", "centre of the field")
+    assert learning.flags == ("mate", "player", "may move", "out of play")
+    assert learning.states == ("active",)
+
+
+@pytest.mark.parametrize("game", [name for name in GAMES_LEARNED if name != "pursuit-evasion"])
+def test_what_a_rule_book_publishes_is_what_a_player_sees(game: str) -> None:
+    situation = Situation(game)
+    situation.learning = default_of(GAMES.get(game))
+    first, *others = (player.name for player in situation.state.players)
+    me = situation.state.player(first)
+    assert me is not None
+    seen = situation.seen(situation.view(first))
+    assert [name for name, value in seen.items() if name.startswith("my role") and value] == [f"my role is {me.role}"]
+    assert (seen["i may move"], seen["i am out of play"], seen["time left"], seen["lead"]) == (1.0, 0.0, 1.0, 0.0)
+    roles = [role.name for role in GAMES.get(game).roles]
+    for role in roles:
+        count = sum(seen[f"other {number}: {role}"] for number in range(1, len(others) + 1))
+        assert count == sum(player.role == role and player.name != first for player in situation.state.players)
+    for zone in situation.state.zones:
+        inside = zone.region.contains(situation.poses[first].x, situation.poses[first].y)
+        assert (seen[f"nearest point of the {zone.name}: distance"] == 0.0) == inside
+    for thing in situation.state.objects:
+        assert seen[f"place of the {thing.name}: nearness"] > 0.0
+
+
+def test_a_game_that_nobody_has_is_answered_with_those_that_can_be_learned_and_the_place() -> None:
+    with pytest.raises(ConfigError, match=r"^old\.npz: game that can be learned: expected one of .*roboflag.*'chess'"):
+        learning_of("chess", "old.npz")
 
 
 @pytest.mark.parametrize(

@@ -154,7 +154,6 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "a field more": (header(lambda h: h.update(colour="red")), "the header is wrong"),
     "a later format": (header(lambda h: h.update(format=2)), "of format 1, got 2"),
     "an unknown game": (header(lambda h: h.update(game="chess")), "got 'chess'"),
-    "no game to learn": (header(lambda h: h.update(game="practice")), "got 'practice'"),
     "another game": (header(lambda h: h.update(game="roboflag")), "train it again"),
     "other values": (
         header(lambda h: h["own"].__setitem__(3, "z")),

@@ -58,7 +58,10 @@ def default_of(game: Game) -> Learning:
     states |= {state for name in book.contestants for state in book.states_of(name)}
     return Learning(
         look=look,
-        numbers=(*(f"my role is {role}" for role in roles), "i may move", "i am out of play", "time left", "round", "lead"),
+        numbers=(
+            *(f"my role is {role}" for role in roles),
+            *("i may move", "i am out of play", "time left", "round", "lead"),
+        ),
         places=(
             *(f"{part} of the {name}" for name in zones for part in ("nearest point", "centre")),
             *(f"place of the {name}" for name in things),

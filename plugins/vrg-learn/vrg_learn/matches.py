@@ -2,15 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from msgspec import structs
 
 from vrg.config.loading import load_match, match_path
-from vrg.config.setup import CheckedMatch
+from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import GAMES, STRATEGIES, file_of, has_name
 from vrg.hal.sim.engines import ENGINES
 from vrg.registry import did_you_mean, expected_one_of
+
+M = TypeVar("M", bound=MatchSetup)
 
 
 def match_of(match: str | Path | CheckedMatch, *, engine: str | None, lasers: bool | None) -> CheckedMatch:
@@ -38,9 +41,14 @@ def match_of(match: str | Path | CheckedMatch, *, engine: str | None, lasers: bo
             f"{setup.origin}: expected virtual robots, but those of {', '.join(setup.physical)} are physical ones, "
             "which no environment can hurry or put back: take `backend` out of their tables"
         )
-    if "lineup" in GAMES.get(setup.game).load_settings().model_fields:
-        setup = structs.replace(setup, rules={**setup.rules, "lineup": "place"})
-    return setup.all_here().at_rate(0.0)
+    return put_on_marks(setup).all_here().at_rate(0.0)
+
+
+def put_on_marks(setup: M) -> M:
+    """The match whose robots are put on their marks at once before a round, if its game has that as a rule."""
+    if "lineup" not in GAMES.get(setup.game).load_settings().model_fields:
+        return setup
+    return structs.replace(setup, rules={**setup.rules, "lineup": "place"})
 
 
 def with_opponents(setup: CheckedMatch, opponents: Mapping[str, str]) -> tuple[CheckedMatch, set[str]]:

@@ -11,7 +11,6 @@ from msgspec import structs
 
 from batch import test_roboflag, test_sharks_and_minnows
 from batch.refereeing import smaller
-from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg_learn.batch.matches import Batch
@@ -84,9 +83,7 @@ def test_actions_that_cannot_be_are_refused_and_change_nothing(threads: int, in_
         batch.step(random(batch, 2))
 
 
-def test_a_game_or_a_robot_that_cannot_be_is_refused() -> None:
-    with pytest.raises(ConfigError, match="expected one of roboflag, sharks-and-minnows for a batch, got practice"):
-        Batch(load_match(match_path("practice")), 2)
+def test_physical_robots_are_refused() -> None:
     players = [structs.replace(player, backend="can", physical=True) for player in SHARKS.players]
     with pytest.raises(ConfigError, match="only virtual robots"):
         Batch(structs.replace(SHARKS, players=players), 2)

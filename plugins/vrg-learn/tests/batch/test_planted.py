@@ -90,8 +90,8 @@ NOISE = (
     Planted(stepping.measure, "vary.heading_noise * normal", "vary.position_noise * normal"),
 )
 DRAWN = (
-    Planted(stepping.begin, "between(chance, 0.0, vary.delay + 1.0)", "between(chance, 0.0, vary.delay)"),
-    Planted(stepping.begin, "r.slew[n] = ", "r.slew[n] = r.slew[0] if n else "),
+    Planted(stepping.draw, "between(chance, 0.0, vary.delay + 1.0)", "between(chance, 0.0, vary.delay)"),
+    Planted(stepping.draw, "r.slew[n] = ", "r.slew[n] = r.slew[0] if n else "),
     Planted(sharks_and_minnows.reset, "t.limits[n] = ", "t.limits[n] = t.limits[0] if n else "),
 )
 LOST = (
@@ -99,8 +99,8 @@ LOST = (
     Planted(stepping.keep, "range(k.late, 0, -1)", "range(1, k.late + 1)"),
 )
 LATE = (
-    Planted(stepping.step_all, "k.wanted[n, k.late, 0]", "k.wanted[n, 0, 0]"),
-    Planted(stepping.begin, "k.wanted[:] = 0.0", "pass"),
+    Planted(stepping.move, "k.wanted[n, k.late, 0]", "k.wanted[n, 0, 0]"),
+    Planted(stepping.draw, "k.wanted[:] = 0.0", "pass"),
 )
 SLOW = (SHARKS, LONG, ANYWHERE, SHARKS_ANYWHERE, ZONES)
 """Those whose tests take long."""

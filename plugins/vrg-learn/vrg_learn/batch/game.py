@@ -91,7 +91,8 @@ class BatchedGame:
         setting: what is the same in all matches. standing: how each stands, before its reset.
         calls: room for the calls of each. rules: the names of the rules of calls.
         teams: the names of the teams, by the numbers of winners. length: the number of values of an observation.
-        functions: those of one match; None for a game that referees judge. strategies: the names of those by which a team can play, by their numbers.
+        functions: those of one match; None for a game that referees judge.
+        strategies: the names of those by which a team can play, by their numbers.
     """
 
     setting: Record

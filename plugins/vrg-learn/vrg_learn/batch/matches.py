@@ -24,11 +24,14 @@ GAMES: Final[dict[str, Callable[..., BatchedGame]]] = {
     "roboflag": roboflag.batched,
     "sharks-and-minnows": sharks_and_minnows.batched,
 }
-"""What makes the arrays and functions of each game that can be played in a batch."""
+"""What makes the arrays and functions of each game whose rules are compiled. Referees judge all others."""
 
 
 class Batch:
     """This many matches at once. Matches that end start again in the same step (Gymnasium's SAME_STEP).
+
+    Any game can be played whose players need no scan and tell the referee nothing. Those of GAMES are some fifty times
+    as fast as others, of which only motion is compiled, and which work in one thread.
 
     Args:
         setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn.
@@ -43,10 +46,11 @@ class Batch:
         sides: the number of each player's team at the start, shape (players,).
         strategies: the names of the shipped strategies by which a team can play; see `play_by`.
         length: the number of values of an observation. records: those of all matches.
+        referees: those of a game that is not among GAMES, with the `calls` of the last step; None for the others.
         out: what the last step has returned, or the reset: arrays that the next step overwrites.
 
     Raises:
-        ConfigError: the game or the robots cannot be played in a batch.
+        ConfigError: the game or the robots cannot be played in a batch, or no round begins.
     """
 
     def __init__(
@@ -63,7 +67,7 @@ class Batch:
         if setup.physical:
             raise ConfigError(f"{setup.origin}: {', '.join(setup.physical)}: only virtual robots can play in a batch")
         if setup.sight is not None:
-            raise ConfigError(f"{setup.origin}: expected a match without `sight` for a batch, whose players see everybody")
+            raise ConfigError(f"{setup.origin}: expected a match without `sight`: in a batch players see everybody")
         self.players = [player.name for player in setup.players]
         self.roles = [player.role for player in setup.players]
         self.matches, self.vary, self.most = matches, vary, most
@@ -72,12 +76,13 @@ class Batch:
             model, robots = motion.robots(models, matches), motion.robots(models, matches)
         except ValueError as error:
             raise ConfigError(f"{setup.origin}: {error}") from None
-        referees = None
+        self.referees: Refereed | None = None
         if setup.game in GAMES:
             game = GAMES[setup.game](rulebook_of(setup), matches, shaping=shaping)
         else:
-            referees = Refereed(setup, learning_of(setup.game, setup.origin), matches, shaping=shaping)
-            game = referees.game
+            learning = learning_of(setup.game, setup.origin)
+            self.referees = Refereed(setup, learning, matches, shaping=shaping)
+            game = self.referees.game
         players = len(self.players)
         self.sides: npt.NDArray[np.int64] = game.setting.sides
         self.rules, self.teams, self.length, self.strategies = game.rules, game.teams, game.length, game.strategies
@@ -103,13 +108,13 @@ class Batch:
             truncated=np.zeros(matches, dtype=np.bool_),
             winners=np.full(matches, -1, dtype=np.int64),
         )
-        if referees is not None:
-            self._step, self._begin, threads = referees.step_all, referees.begin_all, 1
+        if self.referees is not None:
+            self._step, self._begin, threads = self.referees.step_all, self.referees.begin_all, 1
         elif game.functions is not None:
             functions = game.functions._asdict()
             self._step = compiled(stepping.step_all, **functions)
             self._begin = compiled(stepping.begin_all, **functions)
-        edges = np.linspace(0, matches, min(threads, matches) + 1).astype(int).tolist()
+        edges = np.linspace(0, matches, min(threads or cores(), matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
         self._closed = False
         self._pool = ThreadPoolExecutor(len(self._parts)) if len(self._parts) > 1 else None

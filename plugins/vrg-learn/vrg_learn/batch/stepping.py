@@ -206,7 +206,15 @@ def advise(s: Record, t: Record, r: Record, model: Record, k: Record, p: Record)
 
 
 def move(
-    s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, p: Record, chance: Record, walls: Walls,
+    s: Record,
+    t: Record,
+    m: Record,
+    r: Record,
+    model: Record,
+    k: Record,
+    p: Record,
+    chance: Record,
+    walls: Walls,
     actions: Singles,
 ) -> None:
     """Let the players of a match drive until the next decision.
