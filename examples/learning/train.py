@@ -34,6 +34,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.registry import did_you_mean
 from vrg_learn.batch.matches import Batch
+from vrg_learn.batch.refereed import OWN_STRATEGY
 from vrg_learn.batch.stepping import Variation
 from vrg_learn.learning import learning_of
 from vrg_learn.network import Network, Parameters, initial, layout_of
@@ -334,6 +335,8 @@ def restored(found: Mapping[str, np.ndarray]) -> Training:
     training.learner.rate = kept["rate"]
     training.learner.actor.steps, training.learner.critic.steps = kept["steps"]
     training.rng.bit_generator.state = kept["rng"]
+    if training.batch.referees is not None:  # which are not kept, so their matches begin again
+        training.batch.reset()
     return training
 
 
@@ -453,8 +456,8 @@ def main() -> None:
         slow.cancel()
     new = f", {(training.decisions - before) / 1e6:.1f} of them now" if before else ""
     print(f"{training.decisions / 1e6:.1f} million decisions{new}; wrote {options.output}")
-    match, shipped = shlex.quote(training.options["match"]), training.batch.strategies
-    if shipped:
+    match = shlex.quote(training.options["match"])
+    if shipped := [name for name in training.batch.strategies if name != OWN_STRATEGY]:
         print("To see how good it is:")
         print(f"    vrg compare {shlex.quote(str(options.output))} {shipped[0]} --match {match}")
 

@@ -58,7 +58,7 @@ class TinyBatch:
 
     def __init__(self, setup: object, matches: int, *, seed: int = 0, **_: object) -> None:
         self.sides, self.matches, self.length = np.array([1, 0]), matches, OWN + 12
-        self.teams, self.strategies = ("minnows", "sharks"), ("turner",)
+        self.teams, self.strategies, self.referees = ("minnows", "sharks"), ("turner",), None
         self.advice = np.zeros((matches, 2, 2), dtype=np.float32)
         self.records = Records(np.zeros(1, dtype=[("number", np.uint64)]).view(np.recarray))
         self.records.chance.number = seed
