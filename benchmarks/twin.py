@@ -26,16 +26,10 @@ AT_A_TIME, ROUNDS = 64, 250
 """The matches that are played at a time, and those after which others with another seed begin."""
 SHARKS, FLAGS = "sharks-and-minnows", "roboflag"
 PLANTED: Sequence[tuple[str, str, str]] = (
-    (SHARKS, "s.tag_distance, refuge)", "s.tag_distance * 1.02, refuge)"),
-    (SHARKS, "zone, best = s.zones[t.goal], math.inf", "zone, best = s.zones[1 - t.goal], math.inf"),
-    (SHARKS, "if at <= min(1.0, t.exits[n], t.exits[minnow]):", "if at <= 1.0:"),
-    (
-        SHARKS,
-        "        if not t.active[n]:\n            continue\n        x, y",
-        "        if not t.active[n] or t.roles[n] == SHARK:\n            continue\n        x, y",
-    ),
-    (SHARKS, "if t.active[n] and t.roles[n] == SHARK and may_meet", "if t.roles[n] == SHARK and may_meet"),
-    (SHARKS, "if t.number >= s.rounds:", "if t.number > s.rounds:"),
+    (SHARKS, "t.points[SHARK] += t.roles[n] == MINNOW", "t.points[SHARK] += 1"),
+    (SHARKS, "r.sizes, shark, n)", "r.sizes, n, shark)"),
+    (SHARKS, "t.before[:] = m.poses\n    if over", "if over"),
+    (SHARKS, "winner(left, t.number, s.rounds)", "winner(left, t.number - 1, s.rounds)"),
     (SHARKS, "t.roles[n], t.active[n] = SHARK, True\n    minnows_end", "t.active[n] = True\n    minnows_end"),
     (FLAGS, "if t.states[n] == NORMAL:\n            exposed", "if False:\n            exposed"),
     (FLAGS, "two = inside(start, end, (s.flag_places[1, 0], s.flag_places[1, 1]), s.zone)", "two = NEVER"),

@@ -286,7 +286,7 @@ BUDGETS = {
     "commands": 2_868,  # with an emergency stop that tries all ways, what to do after a match; the kernel
     "hal/can": 2_765,  # with drives that are met again, or tell what cannot be; judges of one thing each
     "launch": 3_795,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
-    "games": 3_590,  # with the look of what lies on a field, and portable arithmetic
+    "games": 3_640,  # with the look of what lies on a field, portable arithmetic, and rules that batches share
     "bus": 2_680,  # with the rules and the entrance of its router, and messages that are made when they are read
     "hal/sim": 2_795,  # with readings that are made when they are read, and each call of the kernel beside its Python
     "localisation": 550,

@@ -92,7 +92,7 @@ def hurry(view):
 
 
 def no_tags(view):
-    patched("vrg.games.sharks_and_minnows.rules", "first_tags", lambda *a: None)
+    patched("vrg.games.sharks_and_minnows.judging", "first_tag", lambda *a: float("inf"))
 
 
 def no_limit(view):

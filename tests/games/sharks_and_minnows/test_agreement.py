@@ -4,11 +4,13 @@ The slow referee knows nothing of the rule book: it looks at many instants of ea
 cannot tell within EPSILON what happened, the rule book is believed.
 """
 
+import inspect
 import itertools
 import math
 import random
 from collections import Counter
 from dataclasses import dataclass, field
+from types import FunctionType
 
 import pytest
 
@@ -16,7 +18,7 @@ from vrg.bus.messages import FAILED, Official, OfficialAction, Stage
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Contestant, Observation
-from vrg.games.sharks_and_minnows import MINNOW, SHARK
+from vrg.games.sharks_and_minnows import MINNOW, SHARK, judging
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.types import Pose
@@ -383,3 +385,22 @@ def test_they_agree_whatever_officials_decide(chunk: int) -> None:
         counted += Game(1000 + chunk * GAMES + seed, decisions=(0.02, 0.1, 0.3)[seed % 3]).play()
     decided = {"set-score", "set-role", "set-state", "disqualify", "reinstate", "place", "halt"}
     assert {"tag", "out_of_bounds", "pass_over", "game_over", *decided} <= counted.keys()
+
+
+@pytest.mark.parametrize(
+    ("function", "old", "new"),
+    [
+        (judging.judge, "if outs[n] == STAYS and not (", "if outs[n] == STAYS and (late or not "),
+        (judging.judge, "at < math.inf", "at < 0.5"),
+        (judging.tagged_at, "s.tag_distance, refuge", "1.1 * s.tag_distance, refuge"),
+    ],
+)
+def test_they_disagree_where_the_rule_book_makes_a_mistake(
+    function: FunctionType, old: str, new: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source, names = inspect.getsource(function), dict(vars(judging))
+    assert source.count(old) == 1
+    exec(source.replace(old, new), names)
+    monkeypatch.setattr(function, "__code__", names[function.__name__].__code__)
+    with pytest.raises(AssertionError):
+        test_the_rule_book_and_a_slow_referee_agree_on_every_call()

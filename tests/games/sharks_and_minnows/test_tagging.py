@@ -1,13 +1,15 @@
 """Nothing tunnels: the tag is found wherever two moving bodies come within reach of each other."""
 
 import math
+from collections.abc import Sequence
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.games.sharks_and_minnows import tagging
-from vrg.games.sharks_and_minnows.tagging import Hunters, first_tag, first_tags
+from vrg.games.sharks_and_minnows import judging, tagging
+from vrg.games.sharks_and_minnows.tagging import first_tag
 from vrg.geometry import interpolate, outline_distance
 from vrg.regions import Bounds, Rectangle
 from vrg.types import Pose
@@ -114,41 +116,45 @@ def test_who_is_hunter_and_who_prey_does_not_change_the_instant(h0: Pose, h1: Po
     assert one == other == math.inf or math.isclose(one, other, abs_tol=1e-6)
 
 
+Motion = tuple[Pose, Pose, tuple[float, float]]
+
+
+def tagged(
+    hunters: Sequence[Motion], prey: Motion, reach: float, refuge: Bounds, exits: Sequence[float] | None = None
+) -> tuple[float, list[int]]:
+    """When a prey is tagged first, and by which of the hunters.
+
+    Args:
+        exits: when each of the hunters leaves the field; they never do by default.
+    """
+    bodies, count = [*hunters, prey], len(hunters)
+    before, now = ([(p.x, p.y, p.theta) for p in poses] for poses in list(zip(*bodies, strict=True))[:2])
+    sizes = [size for _, _, size in bodies]
+    s = SimpleNamespace(tag_distance=reach, order=range(count + 1))
+    t = SimpleNamespace(
+        roles=[judging.SHARK] * count + [judging.MINNOW],
+        active=[True] * (count + 1),
+        seen=[judging.BOTH] * (count + 1),
+        exits=[*(exits or [math.inf] * count), math.inf],
+        hunters=[0] * (count + 1),
+        boxes=[NOWHERE] * (count + 1),
+    )
+    found = judging.find_hunters(s, t, before, now, sizes)
+    assert found == count
+    at = judging.tagged_at(s, t, before, now, sizes, found, count, refuge)
+    t.instants = [at] * (count + 1)
+    return at, [n for n in range(count) if at < math.inf and judging.tags(s, t, before, now, sizes, n, count)]
+
+
 def test_all_who_are_within_reach_as_the_prey_leaves_its_refuge_have_tagged_it() -> None:
     refuge = (-5, -5, 5, 0)
     prey = Pose(0.0, -0.05, 0.0), Pose(0.0, 0.05, 0.0), P2AT
-    hunters = {
-        "near": _still(0.75, 0.0),
-        "nearer": _still(-0.6, 0.0),
-        "far": _still(1.5, 0.0),
-        "late": (Pose(0.0, 1.0, 0.0), Pose(0.0, 0.7, 0.0), P2AT),
-        "gone": _still(0.0, 0.7),
-    }
-    until = {**dict.fromkeys(hunters, 1.0), "gone": 0.2}
-    found = first_tags(hunters, prey, 0.30, refuge, until)
-    assert found is not None
-    assert found[0] == pytest.approx(0.5, abs=0.01)
-    assert found[1] == ["near", "nearer"]
-
-
-@given(st.lists(st.builds(lambda a, b: (a, b, P2AT), poses, poses), min_size=1, max_size=4), poses, poses)
-def test_whoever_is_within_reach_at_the_instant_of_a_tag_is_named(
-    hunters: list[tuple[Pose, Pose, tuple[float, float]]], before: Pose, now: Pose
-) -> None:
-    refuge = (-5, -5, 5, 0)
-    named = {f"s{i}": hunter for i, hunter in enumerate(hunters)}
-    found = first_tags(named, (before, now, P2AT), 0.30, refuge, dict.fromkeys(named, 1.0))
-    if found is None:
-        assert all(first_tag(hunter, (before, now, P2AT), 0.30, refuge) == math.inf for hunter in hunters)
-        return
-    at, taggers = found
-    place = interpolate(before, now, at)
-    within = [
-        name
-        for name, (a, b, size) in named.items()
-        if outline_distance(interpolate(a, b, at), place, size, P2AT) <= 0.30
-    ]
-    assert taggers == within
+    near, nearer, away, gone = _still(0.75, 0.0), _still(-0.6, 0.0), _still(1.5, 0.0), _still(0.0, 0.7)
+    late = Pose(0.0, 1.0, 0.0), Pose(0.0, 0.7, 0.0), P2AT
+    exits = [math.inf, math.inf, math.inf, math.inf, 0.2]
+    at, taggers = tagged([near, nearer, away, late, gone], prey, 0.30, refuge, exits)
+    assert at == pytest.approx(0.5, abs=0.01)
+    assert taggers == [0, 1]
 
 
 far = st.floats(-4, 4)
@@ -157,15 +163,18 @@ sizes = st.tuples(st.floats(0.1, 1.0), st.floats(0.1, 1.0))
 motions = st.tuples(anywhere, anywhere, sizes)
 
 
-@given(st.lists(motions, max_size=6), motions, st.floats(0.0, 0.5))
-def test_looking_only_at_hunters_that_are_near_misses_no_tag(
-    hunters: list[tuple[Pose, Pose, tuple[float, float]]], prey: tuple[Pose, Pose, tuple[float, float]], reach: float
+@given(st.lists(motions, min_size=1, max_size=5), motions, st.floats(0.0, 0.5), REFUGES)
+def test_the_first_tag_of_any_hunter_counts_and_whoever_is_within_reach_then_is_named(
+    hunters: list[Motion], prey: Motion, reach: float, refuge: Bounds
 ) -> None:
-    named = {f"h{i}": hunter for i, hunter in enumerate(hunters)}
-    near = Hunters(named, reach).near(prey)
-    until = dict.fromkeys(named, 1.0)
-    assert first_tags(near, prey, reach, NOWHERE, until) == first_tags(named, prey, reach, NOWHERE, until)
-
-
-def test_a_hunter_far_away_is_not_looked_at() -> None:
-    assert list(Hunters({"a": _still(0, 0), "b": _still(5, 0)}, 0.3).near(_still(0.9, 0))) == ["a"]
+    """Also where hunters that surely meet nobody are not looked at."""
+    at, taggers = tagged(hunters, prey, reach, refuge)
+    assert at == min(first_tag(hunter, prey, reach, refuge) for hunter in hunters)
+    if at < math.inf:
+        place = interpolate(*prey[:2], at)
+        within = [
+            n
+            for n, (before, now, size) in enumerate(hunters)
+            if outline_distance(interpolate(before, now, at), place, size, prey[2]) <= reach
+        ]
+        assert taggers == within != []

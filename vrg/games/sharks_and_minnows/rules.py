@@ -4,7 +4,9 @@ Minnows cross a rectangle from one end to the other, and sharks tag them. A tagg
 stands still until the pass is over and is a shark in the next.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 from msgspec import structs
@@ -12,16 +14,20 @@ from msgspec import structs
 from vrg.bus.messages import Zone
 from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict, called
 from vrg.errors import ConfigError
-from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
+from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS, judging
 from vrg.games.sharks_and_minnows.lineup import LargestBody, line_up
 from vrg.games.sharks_and_minnows.settings import Settings, opposite, passes, problems_of
-from vrg.games.sharks_and_minnows.tagging import Hunters, SweptBody, first_tags
 from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.types import Pose
 
 PASS_TIME_FACTOR = 3.0
 """The default time limit of a pass, in terms of what the slowest player may need for the length of the field."""
+
+
+ENDS = ("low", "high")
+"""The ends of the field by their numbers."""
+_NOWHERE = Pose(0.0, 0.0, 0.0)
 
 
 class State(GameState, frozen=True, kw_only=True):
@@ -65,7 +71,7 @@ class SharksAndMinnows(RuleBook[State]):
         self._seed = seed
         self.settings = settings
         self._field = settings.field
-        self._ends = {end: settings.end_zone(end) for end in ("low", "high")}
+        self._ends = {end: settings.end_zone(end) for end in ENDS}
         self._extent = LargestBody.of(contestants)
         if problems := problems_of(settings, contestants, self._extent):
             raise ConfigError(problems)
@@ -74,6 +80,15 @@ class SharksAndMinnows(RuleBook[State]):
         slowest = settings.slowest * min(c.v_max for c in contestants)
         limit = settings.pass_limit
         self.pass_limit = PASS_TIME_FACTOR * settings.length / slowest if limit is None else limit
+        self._names = sorted(self.contestants)
+        self._sizes = [self.contestants[name].size for name in self._names]
+        self._setting = SimpleNamespace(
+            bounds=self._field.bounds,
+            zones=[zone.bounds for zone in self._ends.values()],
+            tag_distance=settings.tag_distance,
+            pass_limit=self.pass_limit,
+            order=range(len(self._names)),
+        )
 
     def initial(self) -> State:
         """The state in which every player is active, with the role and the place of the match file."""
@@ -93,94 +108,69 @@ class SharksAndMinnows(RuleBook[State]):
         """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
         # A disqualified player is out, like one that is tagged, but no team scores by it.
         state = state.with_state(state.disqualified, INACTIVE)
-        calls: list[Call] = []
-        out = self._exits(state, before, now)
-        sharks = Hunters(self._motions(sorted(state.active(SHARK)), before, now), self.settings.tag_distance)
-        for name, minnow in self._motions(sorted(state.active(MINNOW)), before, now).items():
-            tag = self._first_tag(state, name, minnow, sharks, out)
-            if tag is not None:
-                calls.append(tag)
-                out.pop(name, None)
-        for name, fraction in sorted(out.items()):
-            pose = interpolate(before.poses[name], now.poses[name], fraction)
-            text = f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}), and out of this pass"
-            calls.append(called("out_of_bounds", text, {name: pose}))
-        calls += self._late(state, now, clock, {f.players[0] for f in calls})
-        hit = {f.players[0] for f in calls}
+        look = self._look(state, before, now)
+        over = judging.judge(self._setting, look, look.before, look.now, self._sizes, clock)
+        calls = [
+            *(self._tag(look, n, before, now) for n, out in enumerate(look.outs) if out == judging.TAGGED),
+            *(self._exit(look, n, before, now) for n, out in enumerate(look.outs) if out == judging.OUT_OF_BOUNDS),
+        ]
+        how = f"is not in the safe zone after {self.pass_limit:.0f} s, and out of this pass"
+        for name in [name for name, out in zip(self._names, look.outs, strict=True) if out == judging.LATE]:
+            seen = (now.poses[name],) if name in now.poses else ()
+            calls.append(Call(rule="pass_limit", text=f"{name} {how}", players=(name,), poses=seen))
+        hit = [call.players[0] for call in calls]
         caught = sum(state.roles[name] == MINNOW for name in hit)
         state = state.with_state(hit, INACTIVE).with_points(SHARKS, state.points[SHARKS] + caught)
-        return self._end_of_pass(state, now, calls)
-
-    def _exits(self, state: State, before: Observation, now: Observation) -> dict[str, float]:
-        """The instants at which active players left the field, as fractions of the way between the two looks."""
-        exits = {}
-        for name, status in state.states.items():
-            if status != ACTIVE or name not in now.poses:
-                continue
-            a, b = before.poses.get(name, now.poses[name]), now.poses[name]
-            fraction = self._field.exit_fraction((a.x, a.y), (b.x, b.y))
-            if fraction is not None:
-                exits[name] = fraction
-        return exits
-
-    def _motions(self, names: Sequence[str], before: Observation, now: Observation) -> dict[str, SweptBody]:
-        """The motions of those players that were there at both instants."""
-        return {
-            n: (before.poses[n], now.poses[n], self.contestants[n].size)
-            for n in names
-            if n in before.poses and n in now.poses
-        }
-
-    def _first_tag(
-        self, state: State, name: str, minnow: SweptBody, sharks: Hunters, out: Mapping[str, float]
-    ) -> Call | None:
-        """The first tag of a minnow, or None. Minnow and sharks must still be in bounds at that instant."""
-        near = sharks.near(minnow)
-        if not near:
-            return None
-        leaves = {shark: min(out.get(shark, 1.0), out.get(name, 1.0)) for shark in near}
-        found = first_tags(near, minnow, self.settings.tag_distance, self._ends[state.goal].bounds, leaves)
-        if found is None:
-            return None
-        fraction, taggers = found
-        motions = {name: minnow, **{tagger: near[tagger] for tagger in taggers}}
-        text = f"{name} is tagged by {' and '.join(taggers)}, and out of this pass"
-        return called("tag", text, {n: interpolate(*motion[:2], fraction) for n, motion in motions.items()})
-
-    def _late(self, state: State, now: Observation, clock: float, hit: set[str]) -> list[Call]:
-        """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
-        if not self.pass_limit or clock < self.pass_limit - 1e-9:
-            return []
-        late = sorted(set(state.active(MINNOW)) - hit - self._home(state, now).keys())
-        how = f"is not in the safe zone after {self.pass_limit:.0f} s, and out of this pass"
-        seen = {name: (now.poses[name],) if name in now.poses else () for name in late}
-        return [Call(rule="pass_limit", text=f"{n} {how}", players=(n,), poses=poses) for n, poses in seen.items()]
-
-    def _home(self, state: State, now: Observation) -> dict[str, Pose]:
-        """The active minnows in the end zone, with their poses."""
-        there = {name: now.poses[name] for name in sorted(state.active(MINNOW)) if name in now.poses}
-        zone = self._ends[state.goal]
-        return {name: pose for name, pose in there.items() if zone.contains(pose.x, pose.y)}
-
-    def _end_of_pass(self, state: State, now: Observation, calls: list[Call]) -> Verdict[State]:
-        home = self._home(state, now)
-        if len(home) < len(state.active(MINNOW)):
+        if not over:
             return Verdict(state, calls)
+        home = {name: now.poses[name] for name in sorted(state.active(MINNOW))}
         state = state.with_points(MINNOWS, state.points[MINNOWS] + len(home))
         left = f"{len(home)} minnow{'' if len(home) == 1 else 's'} left"
         calls.append(called("pass_over", f"pass {state.round} of {self.rounds} is over, {left}", home))
         return Verdict(state, calls, round_over=True)
 
-    def _winner(self, state: State) -> str | None:
-        if not state.active(MINNOW):
-            return SHARKS
-        return MINNOWS if state.round >= self.rounds else None
+    def _look(self, state: State, before: Observation, now: Observation) -> SimpleNamespace:
+        """The standing at a look, for `judging`, with the poses at both; rows are players in the order of their names.
+
+        A player that is not there at one of the looks is where it is at the other, or anywhere.
+        """
+        names, count = self._names, len(self._names)
+        ends = [now.poses.get(name, _NOWHERE) for name in names]
+        starts = [before.poses.get(name, end) for name, end in zip(names, ends, strict=True)]
+        return SimpleNamespace(
+            before=[(pose.x, pose.y, pose.theta) for pose in starts],
+            now=[(pose.x, pose.y, pose.theta) for pose in ends],
+            roles=[judging.SHARK if state.roles[name] == SHARK else judging.MINNOW for name in names],
+            active=[state.states[name] == ACTIVE for name in names],
+            seen=[(name in now.poses) + (name in now.poses and name in before.poses) for name in names],
+            goal=ENDS.index(state.goal),
+            outs=[judging.STAYS] * count,
+            exits=[math.inf] * count,
+            instants=[math.inf] * count,
+            hunters=[0] * count,
+            boxes=[_NOWHERE] * count,
+        )
+
+    def _tag(self, look: SimpleNamespace, n: int, before: Observation, now: Observation) -> Call:
+        poses, sizes = (look.before, look.now), self._sizes
+        taggers = [name for k, name in enumerate(self._names) if judging.tags(self._setting, look, *poses, sizes, k, n)]
+        name, at = self._names[n], look.instants[n]
+        text = f"{name} is tagged by {' and '.join(taggers)}, and out of this pass"
+        where = {each: interpolate(before.poses[each], now.poses[each], at) for each in (name, *taggers)}
+        return called("tag", text, where)
+
+    def _exit(self, look: SimpleNamespace, n: int, before: Observation, now: Observation) -> Call:
+        name = self._names[n]
+        pose = interpolate(before.poses.get(name, now.poses[name]), now.poses[name], look.exits[n])
+        text = f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}), and out of this pass"
+        return called("out_of_bounds", text, {name: pose})
 
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or let inactive players become sharks and the teams swap ends."""
         state = state.with_state(state.disqualified, INACTIVE)  # also those that were disqualified since play
-        winner = self._winner(state)
-        if winner is not None:
+        won = judging.winner(len(state.active(MINNOW)), state.round, self.rounds)
+        if won != judging.NO_ROLE:
+            winner = (MINNOWS, SHARKS)[won]
             return Verdict(state, winner=winner, why=GAME.won_words[winner])
         recruits = [n for n, s in state.states.items() if s == INACTIVE]
         roles = {**state.roles, **dict.fromkeys(recruits, SHARK)}

@@ -1,7 +1,7 @@
 """The instant at which two moving bodies first come within a distance. No contact between two ticks is missed."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 from vrg.geometry import circumradius, interpolate, outline_distance, wrap
 from vrg.portable.scalars import hypot
@@ -16,67 +16,19 @@ SweptBody = tuple[Pose, Pose, Vector]
 """The motion of a body: its pose before, its pose now, and its (length, width) in m."""
 
 
-class Hunters:
-    """Many hunters, of which a prey meets few: only those are looked at closely that might come within reach of it.
+def swept(before: Sequence[float], now: Sequence[float], size: Sequence[float], margin: float) -> Bounds:
+    """The bounds of all that a body may cover on its way, and `margin` m more on each side.
 
     Args:
-        motions: the hunters. reach: as for `first_tag`.
+        before, now: its pose (x, y, heading) at the two ends. size: its length and width, m.
     """
-
-    def __init__(self, motions: Mapping[str, SweptBody], reach: float) -> None:
-        self._swept = [(name, motion, swept(motion, reach + RESOLUTION)) for name, motion in motions.items()]
-
-    def near(self, prey: SweptBody) -> dict[str, SweptBody]:
-        """The hunters that might come within reach of a prey. All others surely do not."""
-        x_min, y_min, x_max, y_max = swept(prey, 0.0)
-        return {
-            name: motion
-            for name, motion, box in self._swept
-            if box[0] <= x_max and x_min <= box[2] and box[1] <= y_max and y_min <= box[3]
-        }
-
-
-def swept(motion: SweptBody, margin: float) -> Bounds:
-    """The bounds of all that a body may cover on its way, and `margin` m more on each side."""
-    before, now, size = motion
-    far = circumradius(size) + margin
+    far = circumradius((size[0], size[1])) + margin
     return (
-        min(before.x, now.x) - far,
-        min(before.y, now.y) - far,
-        max(before.x, now.x) + far,
-        max(before.y, now.y) + far,
+        min(before[0], now[0]) - far,
+        min(before[1], now[1]) - far,
+        max(before[0], now[0]) + far,
+        max(before[1], now[1]) + far,
     )
-
-
-def first_tags(
-    hunters: Mapping[str, SweptBody], prey: SweptBody, reach: float, refuge: Bounds, until: Mapping[str, float]
-) -> tuple[float, list[str]] | None:
-    """The first instant at which any hunter tags the prey, and all hunters that are within reach at that instant.
-
-    Args:
-        reach, refuge: as for `first_tag`.
-        until: the fraction of the way up to which each hunter may tag, such as where it leaves the field.
-
-    Returns:
-        the instant as a fraction from 0 (before) to 1 (now), and the hunters' names, sorted; None if there is no tag.
-    """
-    first: dict[str, float] = {}
-    for name, hunter in hunters.items():
-        fraction = first_tag(hunter, prey, reach, refuge)
-        if fraction <= until[name]:
-            first[name] = fraction
-    if not first:
-        return None
-    at = min(first.values())
-    p0, p1, size = prey
-    place = interpolate(p0, p1, at)
-    taggers = [
-        name
-        for name, (h0, h1, own) in hunters.items()
-        if first.get(name) == at
-        or (at <= until[name] and outline_distance(interpolate(h0, h1, at), place, own, size) <= reach)
-    ]
-    return at, sorted(taggers)
 
 
 def first_tag(hunter: SweptBody, prey: SweptBody, reach: float, refuge: Bounds) -> float:

@@ -48,15 +48,12 @@ def planted(mistake: Planted) -> Iterator[None]:
 
 
 SHARKS = (
-    Planted(sharks_and_minnows.judge, "not (t.hit[n] or at_home(s, t, m, n))", "not t.hit[n]"),
     Planted(sharks_and_minnows.next_round, "t.roles[n], t.active[n] = SHARK, True", "t.active[n] = True"),
-    Planted(sharks_and_minnows.is_within, "outline_distance(", "0.0 * outline_distance("),
+    Planted(sharks_and_minnows.judge, "r.sizes, shark, n)", "r.sizes, n, shark)"),
+    Planted(sharks_and_minnows.judge, "t.before[:] = m.poses", "pass"),
     Planted(assigning.line_up, "dx * dx + dy * dy", "math.sqrt(dx * dx + dy * dy)"),
 )
-OUT = (
-    Planted(sharks_and_minnows.find_exits, "if not t.active[n]:", "if not t.active[n] or t.roles[n] == SHARK:"),
-    Planted(sharks_and_minnows.judge, "t.points[SHARK] += t.roles[n] == MINNOW", "t.points[SHARK] += 1"),
-)
+OUT = (Planted(sharks_and_minnows.judge, "t.points[SHARK] += t.roles[n] == MINNOW", "t.points[SHARK] += 1"),)
 FLAGS = (
     Planted(roboflag.judge_tags, "if t.states[n] == NORMAL:", "if False:"),
     Planted(roboflag.judge_homes, "s.home_reach) == NEVER", "s.flag_reach) == NEVER"),

@@ -1,6 +1,6 @@
 """Sharks and Minnows for many matches at once: the rules, the observation and the rewards, as functions of one match.
 
-The rules are those of vrg.games.sharks_and_minnows.rules, and tags are found by the very function of that referee.
+What is decided at a look is decided by the functions of that referee, vrg.games.sharks_and_minnows.judging.
 Nobody is pushed, placed by an official or disqualified in these matches.
 """
 
@@ -10,27 +10,36 @@ from typing import Final
 import numpy as np
 
 from vrg.games.sharks_and_minnows import MINNOWS, SHARKS
+from vrg.games.sharks_and_minnows.judging import (
+    BOTH,
+    LATE,
+    MINNOW,
+    NO_ROLE,
+    OUT_OF_BOUNDS,
+    SHARK,
+    STAYS,
+    TAGGED,
+    tags,
+    winner,
+)
+from vrg.games.sharks_and_minnows.judging import judge as judge_look
 from vrg.games.sharks_and_minnows.lineup import LargestBody, rows_of
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
-from vrg.games.sharks_and_minnows.tagging import first_tag
-from vrg.geometry import interpolate, outline_distance
 from vrg.portable.scalars import cos_sin
-from vrg.segments import in_box
-from vrg.types import Pose
 from vrg_learn.batch.assigning import line_up
 from vrg_learn.batch.chance import between
 from vrg_learn.batch.game import BatchedGame, Functions, call, calls, worths
 from vrg_learn.batch.motion import command, lock, put
 from vrg_learn.batch.observing import length, write_others, write_own, write_place
 from vrg_learn.batch.records import Floats, Record, Records, Singles, records
-from vrg_learn.batch.sharks_and_minnows_players import MINNOW, SHARK, STRATEGIES, decide, forget, plan
+from vrg_learn.batch.sharks_and_minnows_players import STRATEGIES, decide, forget, plan
 from vrg_learn.games.sharks_and_minnows import LEARNING
 
 LOW, HIGH = 0, 1
 """The ends of the field."""
-TAG, OUT_OF_BOUNDS, PASS_LIMIT, PASS_OVER, NEW_SHARK = range(5)
-"""The rules of calls, in the order of RULES."""
 RULES: Final = ("tag", "out_of_bounds", "pass_limit", "pass_over", "new_shark")
+"""The rules of calls by their numbers. The first ones are why players are out, which `judging` counts from 1."""
+PASS_OVER, NEW_SHARK = 3, 4
 NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNING.flags)
 """The counts of what the game adds to an observation."""
 
@@ -92,29 +101,33 @@ def standing(matches: int, players: int) -> Records:
     Fields: `roles`, `active` (whether it may move), `limits` (the top speed, m/s) and `before` (the pose at the look
     before) of each player; `points`: those of the minnows and of the sharks; `number`: that of the pass, from 1;
     `goal`: the end that the minnows cross to; `clock`: the time of play in this pass, s; `winner`: the role whose team
-    has won, -1 while the game goes on; and `exits`, `firsts` and `hit`, in which a judgement works.
+    has won, NO_ROLE while the game goes on; and those of `judging`.
     """
     return records(
         matches,
         before=(float, players, 3),
+        boxes=(float, players, 4),
         limits=(float, players),
         exits=(float, players),
-        firsts=(float, players),
+        instants=(float, players),
         roles=(int, players),
+        seen=(int, players),
+        outs=(int, players),
+        hunters=(int, players),
         points=(int, 2),
         number=(int,),
         goal=(int,),
         winner=(int,),
         clock=(float,),
         active=(bool, players),
-        hit=(bool, players),
     )
 
 
 def reset(s: Record, t: Record, m: Record, r: Record, chance: Record) -> None:
     """Begin a match again, with all players on their marks and at rest."""
     t.points[:] = 0
-    t.number, t.goal, t.clock, t.winner = 1, s.first_goal, 0.0, -1
+    t.number, t.goal, t.clock, t.winner = 1, s.first_goal, 0.0, NO_ROLE
+    t.seen[:] = BOTH
     for n in range(len(s.sides)):
         t.roles[n], t.active[n] = s.sides[n], True
         t.limits[n] = r.v_max[n] * between(chance, s.slowest, 1.0)
@@ -126,113 +139,25 @@ def judge(s: Record, t: Record, m: Record, r: Record, c: Record, dt: float) -> b
     """Judge one match at a look, `dt` seconds of play after the one before, and return whether the pass is over."""
     t.clock += dt
     c.total = 0
-    find_exits(s, t, m)
-    t.hit[:] = False
-    for n in s.order:
-        if not (t.active[n] and t.roles[n] == MINNOW):
-            continue
-        at = tags(s, t, m, r, n)
-        if at < math.inf:
-            k = call(c, TAG, n)
-            for shark in range(len(s.sides)):
-                c.others[k, shark] = is_within(s, t, m, r, n, shark, at)
-            t.hit[n] = True
-    for n in s.order:
-        if t.exits[n] < math.inf and not t.hit[n]:
-            call(c, OUT_OF_BOUNDS, n)
-            t.hit[n] = True
-    if s.pass_limit > 0.0 and t.clock >= s.pass_limit - 1e-9:
+    over = judge_look(s, t, t.before, m.poses, r.sizes, t.clock)
+    for out in (TAGGED, OUT_OF_BOUNDS, LATE):
         for n in s.order:
-            if t.active[n] and t.roles[n] == MINNOW and not (t.hit[n] or at_home(s, t, m, n)):
-                call(c, PASS_LIMIT, n)
-                t.hit[n] = True
+            if t.outs[n] == out:
+                k = call(c, out - 1, n)
+                if out == TAGGED:
+                    for shark in range(len(s.sides)):
+                        c.others[k, shark] = tags(s, t, t.before, m.poses, r.sizes, shark, n)
     for n in range(len(s.sides)):
-        if t.hit[n]:
+        if t.outs[n] != STAYS:
             t.points[SHARK] += t.roles[n] == MINNOW
             t.active[n] = False
     t.before[:] = m.poses
-    return end_of_pass(s, t, m, c)
-
-
-def end_of_pass(s: Record, t: Record, m: Record, c: Record) -> bool:
-    """True if every minnow that is left is in the safe zone."""
-    home, left = 0, 0
-    for n in range(len(s.sides)):
-        if t.active[n] and t.roles[n] == MINNOW:
-            left += 1
-            home += at_home(s, t, m, n)
-    if home < left:
-        return False
-    t.points[MINNOW] += home
-    k = call(c, PASS_OVER, -1)
-    for n in range(len(s.sides)):
-        c.others[k, n] = t.active[n] and t.roles[n] == MINNOW
-    return True
-
-
-def find_exits(s: Record, t: Record, m: Record) -> None:
-    """Find when each active player left the field, as a fraction of the time between the looks; infinite for never."""
-    box = (s.bounds[0], s.bounds[1], s.bounds[2], s.bounds[3])
-    for n in range(len(s.sides)):
-        t.exits[n] = math.inf
-        if not t.active[n]:
-            continue
-        x, y = m.poses[n, 0], m.poses[n, 1]
-        was_x, was_y = t.before[n, 0], t.before[n, 1]
-        if not (box[0] <= was_x <= box[2] and box[1] <= was_y <= box[3]):
-            t.exits[n] = 0.0
-        elif not (box[0] <= x <= box[2] and box[1] <= y <= box[3]):
-            enter, leave = in_box((was_x, was_y), (x, y), box)
-            t.exits[n] = leave if enter <= leave else 0.0
-
-
-def tags(s: Record, t: Record, m: Record, r: Record, minnow: int) -> float:
-    """The instant at which a minnow is tagged first; infinite if it is not. Each shark's is put into `firsts`."""
-    zone, best = s.zones[t.goal], math.inf
-    for n in range(len(s.sides)):
-        t.firsts[n] = math.inf
-        if t.active[n] and t.roles[n] == SHARK and may_meet(s, t, m, r, n, minnow):
-            refuge = (zone[0], zone[1], zone[2], zone[3])
-            at = first_tag(way(t, m, r, n), way(t, m, r, minnow), s.tag_distance, refuge)
-            if at <= min(1.0, t.exits[n], t.exits[minnow]):
-                t.firsts[n] = at
-                best = min(best, at)
-    return best
-
-
-def may_meet(s: Record, t: Record, m: Record, r: Record, n: int, other: int) -> bool:
-    """False if two bodies surely stay farther apart than the tag distance, which is found out sooner than when."""
-    dx, dy = t.before[n, 0] - t.before[other, 0], t.before[n, 1] - t.before[other, 1]
-    moved_x = (m.poses[n, 0] - t.before[n, 0]) - (m.poses[other, 0] - t.before[other, 0])
-    moved_y = (m.poses[n, 1] - t.before[n, 1]) - (m.poses[other, 1] - t.before[other, 1])
-    far = r.reach[n] + r.reach[other] + s.tag_distance + abs(moved_x) + abs(moved_y) + 1e-6
-    return bool(dx * dx + dy * dy <= far * far)
-
-
-def is_within(s: Record, t: Record, m: Record, r: Record, minnow: int, shark: int, at: float) -> bool:
-    """True if a shark tags a minnow at the instant of its first tag."""
-    if not (t.active[shark] and t.roles[shark] == SHARK):
-        return False
-    if t.firsts[shark] == at:
-        return True
-    if at > min(1.0, t.exits[shark], t.exits[minnow]):
-        return False
-    h0, h1, size = way(t, m, r, shark)
-    p0, p1, own = way(t, m, r, minnow)
-    return bool(outline_distance(interpolate(h0, h1, at), interpolate(p0, p1, at), size, own) <= s.tag_distance)
-
-
-def way(t: Record, m: Record, r: Record, n: int) -> tuple[Pose, Pose, tuple[float, float]]:
-    """The motion of a body between two looks."""
-    before = Pose(t.before[n, 0], t.before[n, 1], t.before[n, 2])
-    now = Pose(m.poses[n, 0], m.poses[n, 1], m.poses[n, 2])
-    return before, now, (r.sizes[n, 0], r.sizes[n, 1])
-
-
-def at_home(s: Record, t: Record, m: Record, n: int) -> bool:
-    """True if a player is in the safe zone."""
-    zone = s.zones[t.goal]
-    return bool(zone[0] <= m.poses[n, 0] <= zone[2] and zone[1] <= m.poses[n, 1] <= zone[3])
+    if over:
+        k = call(c, PASS_OVER, -1)
+        for n in range(len(s.sides)):
+            c.others[k, n] = t.active[n] and t.roles[n] == MINNOW
+            t.points[MINNOW] += t.active[n] and t.roles[n] == MINNOW
+    return over
 
 
 def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
@@ -241,11 +166,8 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     left = 0
     for n in range(count):
         left += t.active[n] and t.roles[n] == MINNOW
-    if left == 0:
-        t.winner = SHARK
-        return
-    if t.number >= s.rounds:
-        t.winner = MINNOW
+    t.winner = winner(left, t.number, s.rounds)
+    if t.winner != NO_ROLE:
         return
     for n in s.order:
         if not t.active[n]:

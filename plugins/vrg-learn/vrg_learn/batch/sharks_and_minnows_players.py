@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from vrg.agents.potential import SHARK_WEIGHT
+from vrg.games.sharks_and_minnows.judging import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.player import (
     CALM_DISTANCE,
     EVADE_DISTANCE,
@@ -23,8 +24,6 @@ from vrg.types import Vector
 from vrg_learn.batch.driving import Box, head, meeting_time, nearest_in, outside, scaled, within
 from vrg_learn.batch.records import Record
 
-MINNOW, SHARK = 0, 1
-"""The roles."""
 NO_ONE = -1
 CROSS, EVADE = 0, 1
 """The modes of a minnow."""
