@@ -39,24 +39,24 @@ def intercept(
     a = square(velocity[0]) + square(velocity[1]) - square(s)
     b = 2 * (dx * velocity[0] + dy * velocity[1] - reach * s)
     c = square(distance) - square(reach)
-    time = _smallest_positive_root(a, b, c)
-    if time is None:
+    time = earliest(a, b, c)
+    if time == math.inf:
         return None
     return Interception(time, (target[0] + velocity[0] * time, target[1] + velocity[1] * time))
 
 
-def _smallest_positive_root(a: float, b: float, c: float) -> float | None:
-    """The smallest positive root of a t^2 + b t + c = 0 with c > 0, or None if there is none."""
+def earliest(a: float, b: float, c: float) -> float:
+    """The smallest positive root of a t^2 + b t + c = 0 with c > 0; infinite if there is none."""
     if abs(a) < 1e-9:
-        return -c / b if b < -1e-12 else None
+        return -c / b if b < -1e-12 else math.inf
     discriminant = b * b - 4 * a * c
     if discriminant < 0:
-        return None
+        return math.inf
     # This form of the solution does not subtract numbers that are nearly equal.
     q = -(b + math.copysign(math.sqrt(discriminant), b)) / 2
-    if not q:
-        return None
+    if q == 0.0:
+        return math.inf
     one, other = q / a, c / q
     if one > 0 and other > 0:
         return min(one, other)
-    return one if one > 0 else other if other > 0 else None
+    return one if one > 0 else other if other > 0 else math.inf

@@ -12,7 +12,8 @@ from vrg.types import Vector
 
 TURNS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.25, -1.25, 1.6, -1.6, 2.1, -2.1, 2.6, -2.6, math.pi)
 """The directions that are tried, in this order, as turns from the wanted direction in rad."""
-_TURNS: Final = tuple(cos_sin(turn) for turn in TURNS)
+WAYS: Final = tuple(cos_sin(turn) for turn in TURNS)
+"""The cosine and the sine of each turn."""
 
 
 class FreeArea(Protocol):
@@ -89,7 +90,7 @@ def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bound
     if speed < 1e-6:
         return 0.0, 0.0
     near = [o for o in obstacles if is_near(position, speed, o, o.clearance, horizon)]
-    for c, s in _TURNS:
+    for c, s in WAYS:
         u = wanted[0] * c - wanted[1] * s, wanted[0] * s + wanted[1] * c
         if _in_bounds(position, u, bounds) and all(_clear(position, u, o, horizon) for o in near):
             return u

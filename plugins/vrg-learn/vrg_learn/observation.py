@@ -15,6 +15,7 @@ from vrg.agents.strategy import View
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
 from vrg.portable.scalars import cos_sin, hypot
+from vrg.regions import Bounds
 from vrg.types import STILL
 from vrg_learn.learning import Learning
 
@@ -31,6 +32,7 @@ _RAW_PLACE = ("dx", "dy")
 _SLOT = (*_PLACE, "velocity ahead", "velocity to the left", "cos heading", "sin heading")
 _RAW_SLOT = ("known", "dx", "dy", "velocity ahead", "velocity to the left", "heading")
 
+Own = tuple[float, float, float, float, float, float, float, float]
 Vector = npt.NDArray[np.float32]
 """An array of one dimension."""
 
@@ -71,11 +73,10 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
     if raw:
         values = [x, y, pose.theta, twist.v, twist.w, x - x_min, x_max - x, y - y_min, y_max - y, *look.numbers]
     else:
-        values = [cos, sin, twist.v / robot.v_max, twist.w / robot.w_max]
-        values += [(x - x_min) * scale, (x_max - x) * scale, (y - y_min) * scale, (y_max - y) * scale, *look.numbers]
+        values = [*own(x, y, cos, sin, twist.v / robot.v_max, twist.w / robot.w_max, look.bounds, scale), *look.numbers]
     for px, py in look.places:
         dx, dy = px - x, py - y
-        values += (dx * cos + dy * sin, dy * cos - dx * sin) if raw else _place(dx, dy, cos, sin, scale)
+        values += (dx * cos + dy * sin, dy * cos - dx * sin) if raw else place(dx, dy, cos, sin, scale)
     if learning.scan:
         values += _scan(view, raw=raw)
     # Two at the same distance come in the order of the match file.
@@ -93,9 +94,8 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
             turn = math.remainder(there.theta - pose.theta, math.tau)
             slot = 1.0, dx * cos + dy * sin, dy * cos - dx * sin, along, across, turn
         else:
-            c, s = cos_sin(there.theta)
-            place = _place(dx, dy, cos, sin, scale)
-            slot = *place, along / fastest, across / fastest, c * cos + s * sin, s * cos - c * sin
+            heading = turned(*cos_sin(there.theta), cos, sin)
+            slot = *place(dx, dy, cos, sin, scale), along / fastest, across / fastest, *heading
         slots.append((dx * dx + dy * dy, number, (*slot, *look.flags(other))))
     slots.sort()
     for _, _, slot in slots:
@@ -109,7 +109,18 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
     return seen
 
 
-def _place(dx: float, dy: float, cos: float, sin: float, scale: float) -> tuple[float, float, float, float]:
+def own(x: float, y: float, cos: float, sin: float, v: float, w: float, bounds: Bounds, scale: float) -> Own:
+    """The eight values that a player measures of itself.
+
+    Args:
+        x, y: its place, m. cos, sin: of its heading. v, w: shares of its robot's top speed and turn rate.
+        bounds: of the field, m. scale: 1 / reach, 1/m.
+    """
+    x_min, y_min, x_max, y_max = bounds
+    return cos, sin, v, w, (x - x_min) * scale, (x_max - x) * scale, (y - y_min) * scale, (y_max - y) * scale
+
+
+def place(dx: float, dy: float, cos: float, sin: float, scale: float) -> tuple[float, float, float, float]:
     """The four values for a place; what is here is straight ahead.
 
     Args:
@@ -119,8 +130,17 @@ def _place(dx: float, dy: float, cos: float, sin: float, scale: float) -> tuple[
     if distance == 0.0:
         return 1.0, 0.0, 0.0, 1.0
     part = 1.0 / distance
-    ahead, aside = (dx * cos + dy * sin) * part, (dy * cos - dx * sin) * part
-    return ahead, aside, distance * scale, 1.0 / (1.0 + distance)
+    ahead, aside = turned(dx, dy, cos, sin)
+    return ahead * part, aside * part, distance * scale, 1.0 / (1.0 + distance)
+
+
+def turned(x: float, y: float, cos: float, sin: float) -> tuple[float, float]:
+    """A vector of the map's frame in the frame of a player.
+
+    Args:
+        cos, sin: of its heading.
+    """
+    return x * cos + y * sin, y * cos - x * sin
 
 
 def _scan(view: View, *, raw: bool) -> list[float]:

@@ -79,7 +79,7 @@ LONG = (
 )
 NODES = (
     Planted(stepping.publish, "k.poses[n, axis] = m.poses", "k.poses[n, axis] = m.before"),
-    Planted(observing.write_others, "0.5 / v_max", "1.0 / v_max"),
+    Planted(observing.write_others, "2.0 * v_max", "1.0 * v_max"),
     Planted(sharks_and_minnows.drive, "t.limits[n]", "r.v_max[n]"),
 )
 NOISE = (

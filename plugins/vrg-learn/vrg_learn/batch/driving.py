@@ -1,19 +1,18 @@
 """Driving for players of a batch that play by a strategy: past bodies, and away from those that tag."""
 
 import math
-from typing import Final
 
 import numpy as np
 
+from vrg.agents.interception import earliest
 from vrg.games.roboflag.evasion import DIRECTIONS, DISTANCES, EVEN, LEVEL, NEARER, SAFER, TURN_COSTS, UNITS
-from vrg.navigation.avoidance import TURNS
+from vrg.navigation.avoidance import WAYS
 from vrg.navigation.control import linearise
 from vrg.navigation.pilot import CLEARANCE, HORIZON, OFFSET, TIGHT
-from vrg.portable.scalars import cos_sin, hypot
+from vrg.portable.scalars import hypot
 from vrg.types import Vector
 from vrg_learn.batch.records import Flags, Floats
 
-_WAYS: Final = tuple(cos_sin(turn) for turn in TURNS)
 Box = tuple[float, float, float, float]
 """x_min, y_min, x_max, y_max, m."""
 
@@ -67,7 +66,7 @@ def steer(
     speed = hypot(wanted[0], wanted[1])
     if speed < 1e-6:
         return 0.0, 0.0
-    for cos, sin in _WAYS:
+    for cos, sin in WAYS:
         ux, uy = wanted[0] * cos - wanted[1] * sin, wanted[0] * sin + wanted[1] * cos
         free = outside(x + ux, y + uy, box)
         if free > 0.0 and free >= outside(x, y, box):
@@ -103,17 +102,7 @@ def meeting_time(dx: float, dy: float, speed: float, vx: float, vy: float, reach
     if hypot(dx, dy) - reach < 1e-9:
         return 0.0
     a, b = vx * vx + vy * vy - speed * speed, 2.0 * (dx * vx + dy * vy - reach * speed)
-    c = dx * dx + dy * dy - reach * reach
-    if abs(a) < 1e-9:
-        return -c / b if b < -1e-12 else math.inf
-    discriminant = b * b - 4.0 * a * c
-    if discriminant < 0.0:
-        return math.inf
-    q = -(b + math.copysign(math.sqrt(discriminant), b)) / 2.0
-    one, two = q / a, c / q if q != 0.0 else -1.0
-    if one > 0.0 and two > 0.0:
-        return min(one, two)
-    return max(one, two) if max(one, two) > 0.0 else math.inf
+    return earliest(a, b, dx * dx + dy * dy - reach * reach)
 
 
 def scaled(u: Vector, length: float) -> Vector:
