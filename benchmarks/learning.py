@@ -73,18 +73,13 @@ def _moving(matches: int) -> Callable[[], None]:
     step, records = compiled(motion.advance), batch.records
     records.motions.targets[:] = 3.0
     records.motions.braking[:] = False
+    still = np.zeros(matches, dtype=np.bool_)
 
-    def loop(motions: Any, robots: Any, walls: motion.Walls) -> None:
-        for b in range(len(motions)):
-            motions[b].room[:] = 1e9
-            for _ in range(TICKS):
-                step(motions[b], robots[b], walls, 0.02)
+    def move() -> None:
+        records.motions.room[:] = 1e9
+        step(0, matches, records.motions, records.robots, still, batch.walls, 0.02, TICKS)
 
-    if HAS_NUMBA:
-        from numba import njit  # noqa: PLC0415 - it may be missing
-
-        loop = njit(nogil=True)(loop)
-    return lambda: loop(records.motions, records.robots, batch.walls)
+    return move
 
 
 def _tag() -> Callable[[], None]:

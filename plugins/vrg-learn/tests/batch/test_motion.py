@@ -37,7 +37,8 @@ def test_robots_in_a_crowd_move_as_in_the_planar_engine(seed: int, small: bool) 
     """They push one another and walls, brake and are let go again, to the same places and with the same wheels."""
     rng = np.random.default_rng(seed)
     starts, walls = [], motion.walls_of(PEN)
-    robots, motions = motion.robots(MODELS, 1)[0], motion.motions(1, len(MODELS), 2)[0]
+    both = motion.motions(1, len(MODELS), 2), motion.robots(MODELS, 1)
+    motions, robots = both[0][0], both[1][0]
     advance, command, lock = compiled(motion.advance), compiled(motion.command), compiled(motion.lock)
     for n, model in enumerate(MODELS):
         x, y, theta = 1.1 * (n % 3 - 1) + rng.uniform(-0.1, 0.1), 0.5 - 1.1 * (n // 3), rng.uniform(-3.0, 3.0)
@@ -57,7 +58,7 @@ def test_robots_in_a_crowd_move_as_in_the_planar_engine(seed: int, small: bool) 
         for _ in range(5):
             angles = engine.angles.copy()
             engine.step(TICK)
-            advance(motions, robots, walls, TICK)
+            advance(0, 1, *both, np.zeros(1, dtype=np.bool_), walls, TICK, 1)
         touched += sum(map(bool, engine.touch))
         rolled = ((engine.angles - angles)[:, :, None] * robots.motions).sum(axis=1)[:, :2] / TICK
         assert np.array_equal(engine.poses, motions.poses), "to the last bit"

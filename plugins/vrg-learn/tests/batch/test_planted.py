@@ -69,13 +69,17 @@ ZONES = (Planted(roboflag.observe, " or in_zone(s, 1, x, y)", ""),)
 MOTION = (
     Planted(motion.walls_of, "b.width)", "b.width + 0.04)"),
     Planted(motion.walls_of, "c.radius)", "c.radius + 0.02)"),
-    Planted(motion.advance, "r.brake[n] if m.braking[n] else r.slew[n]", "r.slew[n]"),
+    Planted(motion.gather, "r.brake[n] if m.braking[n] else r.slew[n]", "r.slew[n]"),
     Planted(motion.slide, "m.speeds[n, axis] = ", "m.rolled[n, 0] = m.speeds[n, axis] = "),
     Planted(motion.command, "scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest", "scale = 1.0"),
 )
 LONG = (
-    Planted(motion.push_apart, "blocked[n] |= shifted[n]", "pass"),
-    Planted(motion.collide, "poses[n, :] = before[n]", "pass"),
+    Planted(motion.push_apart, "m.blocked[n] |= m.shifted[n]", "pass"),
+    Planted(
+        motion.collide,
+        "m.poses[n, 0], m.poses[n, 1], m.poses[n, 2] = m.before[n, 0], m.before[n, 1], m.before[n, 2]",
+        "pass",
+    ),
 )
 NODES = (
     Planted(stepping.publish, "k.poses[n, axis] = m.poses", "k.poses[n, axis] = m.before"),
@@ -96,7 +100,7 @@ LOST = (
     Planted(stepping.keep, "range(k.late, 0, -1)", "range(1, k.late + 1)"),
 )
 LATE = (
-    Planted(stepping.move, "k.wanted[n, k.late, 0]", "k.wanted[n, 0, 0]"),
+    Planted(stepping.steer, "k.wanted[n, k.late, 0]", "k.wanted[n, 0, 0]"),
     Planted(stepping.draw, "k.wanted[:] = 0.0", "pass"),
 )
 SLOW = (SHARKS, LONG, ANYWHERE, SHARKS_ANYWHERE, ZONES)

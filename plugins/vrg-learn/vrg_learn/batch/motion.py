@@ -17,9 +17,9 @@ from vrg.hal.models.drivetrain import LIMIT_ROUNDING
 from vrg.hal.sim.engines.engine import CONTACT, DRIVE
 from vrg.hal.sim.engines.planar import PUSH_ROUNDS, SLACK, slowed
 from vrg.hal.sim.map import Map
-from vrg.hal.sim.shapes import Box, box_gap, circle_gap
+from vrg.hal.sim.shapes import Box, Outline, apart, box_gap, circle_gap
 from vrg.portable.arrays import cos_sin_array
-from vrg.portable.scalars import cos_sin
+from vrg.portable.scalars import cos_sin, within_a_quarter
 from vrg.regions import Circle
 from vrg_learn.batch.records import Flags, Floats, Record, Records, records
 
@@ -90,7 +90,7 @@ def motions(matches: int, players: int, axes: int) -> Records:
     last step; `velocities`: v in m/s, w in rad/s, and the speed to the left in m/s; `speeds` and `targets`: those that
     the axes have, and aim for, rad/s; `braking`: True for locked wheels; `room`: the way in m that the robot can go
     before it could touch anything; `rolled`: v and w as the wheels have turned in the last step, also against an
-    obstacle, which is what odometry measures.
+    obstacle, which is what odometry measures. In the others a collision is resolved.
     """
     found = records(
         matches,
@@ -101,7 +101,10 @@ def motions(matches: int, players: int, axes: int) -> Records:
         speeds=(float, players, axes),
         targets=(float, players, axes),
         room=(float, players),
+        shifts=(float, players, 2),
         braking=(bool, players),
+        near=(bool, players, players),
+        **dict.fromkeys(("at_wall", "stuck", "back", "moved", "blocked", "shifted"), (bool, players)),
     )
     found.braking[:] = True
     return found
@@ -143,50 +146,166 @@ def lock(m: Record, row: int) -> None:
     m.braking[row] = True
 
 
-def advance(m: Record, r: Record, walls: Walls, dt: float) -> None:
-    """Advance one match by dt seconds."""
-    count, axes = m.speeds.shape
+X, Y, THETA, V, W, LIMIT, REACH, ROOM = range(8)
+"""The rows of what `advance` works in: poses, v and w, how much an axis may speed up or slow down in a step, rad/s, and
+`reach` and `room` of robots. Then come those of the
+poses before a step, of the cosines and sines of headings, and four for each axis."""
+BEFORE, COSINE, AXES = 8, 11, 13
+
+
+def advance(
+    low: int, high: int, motions: Records, robots: Records, still: Flags, walls: Walls, dt: float, steps: int
+) -> None:
+    """Advance the matches of these numbers by some steps of dt seconds.
+
+    The robots of all of them are put side by side, so that the processor works on several at a time.
+
+    Args:
+        still: of each match, whether it is left as it is.
+    """
+    axes = motions.speeds.shape[2]
+    count, taken = motions.speeds.shape[1], 0
+    # Rows of 4 KB would all want the same place in the cache.
+    work, rows = np.empty((AXES + 4 * axes, (high - low) * count + 8)), np.empty(high - low, dtype=np.int64)
+    for b in range(low, high):
+        if not still[b]:
+            gather(motions[b], robots[b], work, taken * count, dt)
+            rows[taken] = b
+            taken += 1
+    slid = np.zeros(taken, dtype=np.bool_)
+    for _ in range(steps):
+        drive_on(work, taken * count, axes, dt)
+        for k in range(taken):
+            slid[k] = False
+            if is_due(work, k * count, count) and look_around(work, k * count, count, walls) < CONTACT:
+                m, r = motions[rows[k]], robots[rows[k]]
+                scatter(m, work, k * count, False)
+                slid[k] = collide(m, r, walls, dt)
+                if slid[k]:
+                    gather(m, r, work, k * count, dt)
+        for i in range(taken * count):
+            work[THETA, i] -= np.rint(work[THETA, i] / (2 * math.pi)) * (2 * math.pi)
+    for k in range(taken):
+        scatter(motions[rows[k]], work, k * count, slid[k])
+
+
+def gather(m: Record, r: Record, work: Floats, at: int, dt: float) -> None:
+    """Put the robots of a match into the columns from `at` on."""
+    for n in range(len(m.room)):
+        i = at + n
+        work[X, i], work[Y, i], work[THETA, i] = m.poses[n, 0], m.poses[n, 1], m.poses[n, 2]
+        work[V, i], work[W, i] = m.rolled[n, 0], m.rolled[n, 1]
+        work[BEFORE, i], work[BEFORE + 1, i], work[BEFORE + 2, i] = m.before[n, 0], m.before[n, 1], m.before[n, 2]
+        work[LIMIT, i] = (r.brake[n] if m.braking[n] else r.slew[n]) * dt
+        work[REACH, i], work[ROOM, i] = r.reach[n], m.room[n]
+        for axis in range(m.speeds.shape[1]):
+            row = AXES + 4 * axis
+            work[row, i], work[row + 1, i] = m.speeds[n, axis], m.targets[n, axis]
+            work[row + 2, i], work[row + 3, i] = r.motions[n, axis, 0], r.motions[n, axis, 1]
+
+
+def scatter(m: Record, work: Floats, at: int, slid: bool) -> None:
+    """Take the robots of a match out of the columns from `at` on.
+
+    Args:
+        slid: whether the last step has ended with a push, after which the velocities are other ones.
+    """
+    for n in range(len(m.room)):
+        i = at + n
+        m.poses[n, 0], m.poses[n, 1], m.poses[n, 2] = work[X, i], work[Y, i], work[THETA, i]
+        m.before[n, 0], m.before[n, 1], m.before[n, 2] = work[BEFORE, i], work[BEFORE + 1, i], work[BEFORE + 2, i]
+        m.rolled[n, 0], m.rolled[n, 1], m.room[n] = work[V, i], work[W, i], work[ROOM, i]
+        for axis in range(m.speeds.shape[1]):
+            m.speeds[n, axis] = work[AXES + 4 * axis, i]
+        if not slid:
+            m.velocities[n, 0], m.velocities[n, 1], m.velocities[n, 2] = work[V, i], work[W, i], 0.0
+
+
+def drive_on(work: Floats, robots: int, axes: int, dt: float) -> None:
+    """Let so many robots drive for a step, as if nothing stood in their way.
+
+    The loops are short, as compilers only make vectors of such that name few arrays.
+    """
+    x, y, theta, v, w, limit, reach, room = work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7]
+    cosines, sines = work[COSINE], work[COSINE + 1]
+    work[V : W + 1, :robots] = 0.0
+    for axis in range(axes):
+        row = AXES + 4 * axis
+        speeds, targets, ahead, turn = work[row], work[row + 1], work[row + 2], work[row + 3]
+        for i in range(robots):
+            change = targets[i] - speeds[i]
+            change = limit[i] if change > limit[i] else change
+            speeds[i] += -limit[i] if change < -limit[i] else change
+        for i in range(robots):
+            v[i] += ahead[i] * speeds[i]
+        for i in range(robots):
+            w[i] += turn[i] * speeds[i]
+    work[BEFORE : BEFORE + 3, :robots] = work[X : THETA + 1, :robots]
+    for i in range(robots):
+        quarters, cos, sin = within_a_quarter(theta[i] + w[i] * dt * 0.5)
+        # As cos_sin does, without branches, for any angle that a heading has.
+        quarter = quarters - 4.0 * np.floor(quarters * 0.25)
+        odd = abs(quarter - 2.0) == 1.0
+        cosines[i] = (-1.0 if abs(quarter - 1.5) == 0.5 else 1.0) * (sin if odd else cos)
+        sines[i] = (-1.0 if quarter >= 2.0 else 1.0) * (cos if odd else sin)
+    for i in range(robots):
+        x[i] += v[i] * dt * cosines[i]
+        y[i] += v[i] * dt * sines[i]
+    for i in range(robots):
+        theta[i] += w[i] * dt
+        room[i] -= abs(v[i] * dt) + abs(w[i] * dt) * reach[i]
+
+
+def is_due(work: Floats, at: int, robots: int) -> bool:
+    """True if a robot of a match may touch something, by the way that it has gone."""
     due = False
-    for n in range(count):
-        limit = (r.brake[n] if m.braking[n] else r.slew[n]) * dt
-        v, w = 0.0, 0.0
-        for axis in range(axes):
-            change = m.targets[n, axis] - m.speeds[n, axis]
-            speed = m.speeds[n, axis] + max(-limit, min(limit, change))
-            m.speeds[n, axis] = speed
-            v += r.motions[n, axis, 0] * speed
-            w += r.motions[n, axis, 1] * speed
-        m.velocities[n, 0], m.velocities[n, 1], m.velocities[n, 2] = v, w, 0.0
-        m.rolled[n, 0], m.rolled[n, 1] = v, w
-        way, turned = v * dt, w * dt
-        x, y, theta = m.poses[n, 0], m.poses[n, 1], m.poses[n, 2]
-        m.before[n, 0], m.before[n, 1], m.before[n, 2] = x, y, theta
-        middle = theta + turned * 0.5
-        cos, sin = cos_sin(middle)
-        m.poses[n, 0] = x + way * cos
-        m.poses[n, 1] = y + way * sin
-        m.poses[n, 2] = theta + turned
-        m.room[n] -= abs(way) + abs(turned) * r.reach[n]
-        due |= m.room[n] < 0.0
-    if due and look_around(m, r, walls) < CONTACT:
-        collide(m, r, walls, dt)
-    for n in range(count):
-        if abs(m.poses[n, 2]) > math.pi:
-            m.poses[n, 2] -= round(m.poses[n, 2] / (2 * math.pi)) * (2 * math.pi)
+    for i in range(at, at + robots):
+        due = due or work[ROOM, i] < 0.0
+    return due
 
 
-def look_around(m: Record, r: Record, walls: Walls) -> float:
-    """Measure the room of all robots, and return the least gap between the circle around one and anything, m."""
-    count, least = len(m.room), math.inf
-    for n in range(count):
-        gap = wall_gap(m, r, walls, n)
-        least = min(least, gap)
-        m.room[n] = gap
-    for n in range(count):
+def look_around(work: Floats, at: int, robots: int, walls: Walls) -> float:
+    """Measure the room of the robots of a match.
+
+    Returns:
+        the least gap between the circle around one and anything, m.
+
+    Args:
+        at, robots: their columns: from which one on, and how many.
+    """
+    x, y, reach = work[X, at : at + robots], work[Y, at : at + robots], work[REACH, at : at + robots]
+    room, gaps = work[ROOM, at : at + robots], work[COSINE, at : at + robots]
+    for n in range(robots):
+        room[n] = math.inf
+    for k in range(len(walls.boxes)):
+        far, aside, cos, sin = walls.boxes[k, 0], walls.boxes[k, 1], walls.turns[k, 0], walls.turns[k, 1]
+        length, width = walls.boxes[k, 3] / 2, walls.boxes[k, 4] / 2
+        for n in range(robots):
+            dx, dy = x[n] - far, y[n] - aside
+            u, v = abs(dx * cos + dy * sin) - length, abs(dy * cos - dx * sin) - width
+            u, v = u if u > 0.0 else 0.0, v if v > 0.0 else 0.0
+            gaps[n] = math.sqrt(u * u + v * v)
+        for n in range(robots):
+            room[n] = gaps[n] if gaps[n] < room[n] else room[n]
+    for k in range(len(walls.circles)):
+        for n in range(robots):
+            dx, dy = x[n] - walls.circles[k, 0], y[n] - walls.circles[k, 1]
+            room[n] = min(room[n], math.sqrt(dx * dx + dy * dy) - walls.circles[k, 2])
+    least = math.inf
+    for n in range(robots):
+        room[n] -= reach[n]
+        least = min(least, room[n])
+    for n in range(1, robots):
+        here_x, here_y, own = x[n], y[n], reach[n]
         for other in range(n):
-            gap = robot_gap(m, r, n, other)
-            least = min(least, gap)
-            m.room[n], m.room[other] = min(m.room[n], gap / 2), min(m.room[other], gap / 2)
+            dx, dy = here_x - x[other], here_y - y[other]
+            gaps[other] = math.sqrt(dx * dx + dy * dy) - own - reach[other]
+        nearest = math.inf
+        for other in range(n):
+            half = gaps[other] / 2
+            room[other] = half if half < room[other] else room[other]
+            nearest = gaps[other] if gaps[other] < nearest else nearest
+        least, room[n] = min(least, nearest), min(room[n], nearest / 2)
     return least
 
 
@@ -217,118 +336,124 @@ def body(poses: Floats, sizes: Floats, n: int) -> Box:
     return Box(poses[n, 0], poses[n, 1], poses[n, 2], sizes[n, 0], sizes[n, 1])
 
 
-def collide(m: Record, r: Record, walls: Walls, dt: float) -> None:
-    """Push overlapping bodies of one match apart, and put back those that overlap anyway."""
-    poses, sizes, before = m.poses, r.sizes, m.before
-    count = len(poses)
-    at_wall = np.zeros(count, dtype=np.bool_)
-    near = np.zeros((count, count), dtype=np.bool_)
+def collide(m: Record, r: Record, walls: Walls, dt: float) -> bool:
+    """Push overlapping bodies of one match apart, put back those that overlap anyway, and return whether any was."""
+    count = len(m.room)
     for n in range(count):
-        at_wall[n] = wall_gap(m, r, walls, n) < CONTACT
+        m.at_wall[n] = wall_gap(m, r, walls, n) < CONTACT
         for other in range(n):
-            near[other, n] = robot_gap(m, r, n, other) < CONTACT
-    stuck = overlapping(poses, sizes, walls, at_wall, near)
-    if not stuck.any():
-        return
-    moved = push_apart(m, r, walls, at_wall, near)
-    back = np.zeros(count, dtype=np.bool_)
-    while True:
-        stuck = overlapping(poses, sizes, walls, at_wall, near)
+            m.near[other, n] = robot_gap(m, r, n, other) < CONTACT
+    if not find_stuck(m, r, walls):
+        return False
+    push_apart(m, r, walls)
+    m.back[:] = False
+    fresh = True
+    while fresh and find_stuck(m, r, walls):
         fresh = False
         for n in range(count):
-            if stuck[n] and not back[n]:
-                poses[n, :] = before[n]
-                back[n], fresh = True, True
-        if not fresh:
-            break
+            if m.stuck[n] and not m.back[n]:
+                m.poses[n, 0], m.poses[n, 1], m.poses[n, 2] = m.before[n, 0], m.before[n, 1], m.before[n, 2]
+                m.back[n], fresh = True, True
     for n in range(count):
-        if moved[n] or back[n]:
-            slide(m, r, n, before, dt)
-            m.room[:] = 0.0
+        if m.moved[n] or m.back[n]:
+            slide(m, r, n, m.before, dt)
+    m.room[:] = 0.0
+    return True
 
 
-def overlapping(poses: Floats, sizes: Floats, walls: Walls, at_wall: Flags, near: Flags) -> Flags:
-    """The bodies of one match that overlap with a wall or with another body."""
-    count = len(poses)
-    found = np.zeros(count, dtype=np.bool_)
+def find_stuck(m: Record, r: Record, walls: Walls) -> bool:
+    """Find the bodies of one match that overlap with a wall or with another body, and return whether there are any."""
+    count, found = len(m.room), False
+    m.stuck[:] = False
     for n in range(count):
-        if at_wall[n]:
+        if m.at_wall[n]:
             for k in range(len(walls.boxes)):
-                x, y, heading, length, width = walls.boxes[k]
-                found[n] |= box_gap(body(poses, sizes, n), Box(x, y, heading, length, width)).distance < 0.0
+                m.stuck[n] |= not apart(line(m, r, n), wall(walls, k), 0.0)
             for k in range(len(walls.circles)):
                 x, y, radius = walls.circles[k]
-                found[n] |= circle_gap(body(poses, sizes, n), Circle(x, y, radius)).distance < 0.0
+                m.stuck[n] |= circle_gap(body(m.poses, r.sizes, n), Circle(x, y, radius)).distance < 0.0
         for other in range(n + 1, count):
-            if near[n, other] and box_gap(body(poses, sizes, n), body(poses, sizes, other)).distance < 0.0:
-                found[n] = found[other] = True
+            if m.near[n, other] and not apart(line(m, r, n), line(m, r, other), 0.0):
+                m.stuck[n] = m.stuck[other] = True
+        found |= m.stuck[n] != 0
     return found
 
 
-def push_apart(m: Record, r: Record, walls: Walls, at_wall: Flags, near: Flags) -> Flags:
-    """Move overlapping bodies out of each other along the shortest way, and return which have moved.
+def line(m: Record, r: Record, n: int) -> Outline:
+    """The outline of a body."""
+    cos, sin = cos_sin(m.poses[n, 2])
+    return m.poses[n, 0], m.poses[n, 1], cos, sin, r.sizes[n, 0] / 2, r.sizes[n, 1] / 2
+
+
+def wall(walls: Walls, k: int) -> Outline:
+    """The outline of a wall."""
+    x, y, _, length, width = walls.boxes[k]
+    return x, y, walls.turns[k, 0], walls.turns[k, 1], length / 2, width / 2
+
+
+def push_apart(m: Record, r: Record, walls: Walls) -> None:
+    """Move overlapping bodies out of each other along the shortest way, and find which have moved.
 
     All pushes of an attempt are computed before any is applied.
     """
-    count = len(m.poses)
-    moved, blocked = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+    count = len(m.room)
+    m.moved[:], m.blocked[:] = False, False
     for _ in range(PUSH_ROUNDS):
-        shifts, shifted = np.zeros((count, 2)), np.zeros(count, dtype=np.bool_)
+        m.shifts[:], m.shifted[:] = 0.0, False
         for n in range(count):
-            if at_wall[n]:
-                shift_from_walls(m.poses, r.sizes, walls, n, shifts, shifted)
-                blocked[n] |= shifted[n]
+            if m.at_wall[n]:
+                shift_from_walls(m, r, walls, n)
+                m.blocked[n] |= m.shifted[n]
         for n in range(count):
             for other in range(n + 1, count):
-                if near[n, other]:
-                    shift_from_each_other(m, r, n, other, blocked, shifts, shifted)
-        if not shifted.any():
-            break
+                if m.near[n, other] and not apart(line(m, r, n), line(m, r, other), 0.0):
+                    shift_from_each_other(m, r, n, other)
+        over = True
         for n in range(count):
-            if shifted[n]:
-                m.poses[n, 0] += shifts[n, 0]
-                m.poses[n, 1] += shifts[n, 1]
-                moved[n] = True
-    return moved
+            if m.shifted[n]:
+                m.poses[n, 0] += m.shifts[n, 0]
+                m.poses[n, 1] += m.shifts[n, 1]
+                m.moved[n], over = True, False
+        if over:
+            break
 
 
-def shift_from_walls(poses: Floats, sizes: Floats, walls: Walls, n: int, shifts: Floats, shifted: Flags) -> None:
+def shift_from_walls(m: Record, r: Record, walls: Walls, n: int) -> None:
     """Add the pushes that separate a body from the walls."""
     for k in range(len(walls.boxes)):
-        x, y, heading, length, width = walls.boxes[k]
-        gap = box_gap(body(poses, sizes, n), Box(x, y, heading, length, width))
-        shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, 1.0)
+        if not apart(line(m, r, n), wall(walls, k), 0.0):
+            x, y, heading, length, width = walls.boxes[k]
+            gap = box_gap(body(m.poses, r.sizes, n), Box(x, y, heading, length, width))
+            shift(m, n, gap.distance, gap.nx, gap.ny, 1.0)
     for k in range(len(walls.circles)):
         x, y, radius = walls.circles[k]
-        gap = circle_gap(body(poses, sizes, n), Circle(x, y, radius))
-        shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, 1.0)
+        gap = circle_gap(body(m.poses, r.sizes, n), Circle(x, y, radius))
+        shift(m, n, gap.distance, gap.nx, gap.ny, 1.0)
 
 
-def shift_from_each_other(
-    m: Record, r: Record, n: int, other: int, blocked: Flags, shifts: Floats, shifted: Flags
-) -> None:
+def shift_from_each_other(m: Record, r: Record, n: int, other: int) -> None:
     """Add the pushes that separate two bodies. One that is blocked holds against one that is not, and blocks it."""
     gap = box_gap(body(m.poses, r.sizes, n), body(m.poses, r.sizes, other))
     if gap.distance >= 0.0:
         return
-    if blocked[n] != blocked[other]:
-        share = 1.0 if blocked[other] else 0.0
-        blocked[n] = blocked[other] = True
+    if m.blocked[n] != m.blocked[other]:
+        share = 1.0 if m.blocked[other] else 0.0
+        m.blocked[n] = m.blocked[other] = True
     else:
         own = force(m, r, n, gap.nx, gap.ny, gap.x, gap.y, 1.0)
         its = force(m, r, other, gap.nx, gap.ny, gap.x, gap.y, -1.0)
         share = 0.5 if own == its else (1.0 if own < its else 0.0)
-    shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, share)
-    shift(shifts, shifted, other, gap.distance, gap.nx, gap.ny, share - 1.0)
+    shift(m, n, gap.distance, gap.nx, gap.ny, share)
+    shift(m, other, gap.distance, gap.nx, gap.ny, share - 1.0)
 
 
-def shift(shifts: Floats, shifted: Flags, n: int, distance: float, nx: float, ny: float, share: float) -> None:
+def shift(m: Record, n: int, distance: float, nx: float, ny: float, share: float) -> None:
     """Add a share of the push that separates a body from another shape, if they overlap."""
     if distance < 0.0 and share != 0.0:
         push = (SLACK - distance) * share
-        shifts[n, 0] += push * nx
-        shifts[n, 1] += push * ny
-        shifted[n] = True
+        m.shifts[n, 0] += push * nx
+        m.shifts[n, 1] += push * ny
+        m.shifted[n] = True
 
 
 def force(m: Record, r: Record, n: int, nx: float, ny: float, x: float, y: float, side: float) -> float:

@@ -34,7 +34,7 @@ from vrg_learn.batch.chance import whole
 from vrg_learn.batch.game import BatchedGame
 from vrg_learn.batch.motion import Walls, advance, command, lock, put
 from vrg_learn.batch.records import Record, Records, Singles, records
-from vrg_learn.batch.stepping import PERIOD, TICKS, Matches, Outputs, Variation, draw, measure, move
+from vrg_learn.batch.stepping import PERIOD, TICKS, Matches, Outputs, Variation, draw, measure, steer
 from vrg_learn.compiled import compiled
 from vrg_learn.learning import Learning
 from vrg_learn.matches import put_on_marks
@@ -96,21 +96,24 @@ def prepare(t: Record, m: Record, r: Record, model: Record, k: Record, chance: R
     t.seed = whole(chance)
 
 
-def coast(m: Record, r: Record, walls: Walls) -> None:
+def coast(b: int, a: Matches, walls: Walls) -> None:
     """Hold all robots of a match until the next look."""
-    for n in range(len(m.poses)):
-        lock(m, n)
-    for _ in range(TICKS):
-        advance(m, r, walls, TICK)
+    for n in range(len(a.motions[b].poses)):
+        lock(a.motions[b], n)
+    advance(b, b + 1, a.motions, a.robots, np.zeros(b + 1, dtype=np.bool_), walls, TICK, TICKS)
 
 
 def move_all(low: int, high: int, a: Matches, walls: Walls, vary: Variation, actions: Singles) -> None:
     """Let the robots of these matches drive until the next decision, where they play, and measure."""
+    still = np.zeros(high, dtype=np.bool_)
     for b in range(low, high):
         s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
+        still[b] = not t.playing
         if t.playing:
-            move(s, t, m, r, a.model[b], k, a.plans[b], a.chance[b], walls, actions[b])
-        measure(m, k, a.chance[b], vary)
+            steer(s, t, m, r, a.model[b], k, a.plans[b], a.chance[b], actions[b])
+    advance(low, high, a.motions, a.robots, still, walls, TICK, TICKS)
+    for b in range(low, high):
+        measure(a.motions[b], a.minds[b], a.chance[b], vary)
 
 
 class Refereed:
@@ -176,7 +179,7 @@ class Refereed:
                 self._place(referee, a.motions[b])
                 referee.publish()
             else:
-                calls += self._pause(referee, a.motions[b], a.robots[b], walls)
+                calls += self._pause(b, a, walls)
             over, winner = referee.match.over, referee.match.winner
             earned, won = for_calls(calls, self._rewards, self._teams), for_winning(winner, self._teams)
             o.rewards[b] = [earned[name] + won[name] for name in self._teams]
@@ -198,9 +201,9 @@ class Refereed:
         t.limits[:] *= r.v_max / a.model[b].v_max
         for n, player in enumerate(self._setup.players):
             put(m, n, player.pose.x, player.pose.y, player.pose.theta)
-        self._pause(referee, m, r, walls)
+        self._pause(b, a, walls)
 
-    def _pause(self, referee: "_Referee", m: Record, r: Record, walls: Walls) -> list[Call]:
+    def _pause(self, b: int, a: Matches, walls: Walls) -> list[Call]:
         """Go on to the next decision of play, or to the end of the game, and return the calls meanwhile.
 
         Robots stand until they are put on their marks.
@@ -208,10 +211,11 @@ class Refereed:
         Raises:
             ConfigError: no round begins.
         """
+        referee, m = self._referees[b], a.motions[b]
         calls, stood = [], [TICKS] * len(m.poses)
         for _ in range(LONGEST_PAUSE):
             if referee.match.stage is Stage.ROUND_OVER:
-                self._coast(m, r, walls)
+                self._coast(b, a, walls)
             calls += referee.look(m.poses.tolist(), m.velocities.tolist(), stood)
             self._place(referee, m)
             if referee.match.over or referee.match.stage is Stage.PLAY_ROUND:

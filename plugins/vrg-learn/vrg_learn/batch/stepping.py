@@ -205,19 +205,10 @@ def advise(s: Record, t: Record, r: Record, model: Record, k: Record, p: Record)
             p.advice[n, 1] = min(1.0, max(-1.0, w / model.w_max[n]))
 
 
-def move(
-    s: Record,
-    t: Record,
-    m: Record,
-    r: Record,
-    model: Record,
-    k: Record,
-    p: Record,
-    chance: Record,
-    walls: Walls,
-    actions: Singles,
+def steer(
+    s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, p: Record, chance: Record, actions: Singles
 ) -> None:
-    """Let the players of a match drive until the next decision.
+    """Let the players of a match set what their robots aim for until the next decision.
 
     Args:
         actions: shape (players, 2), those of the players that do not play by a strategy.
@@ -226,8 +217,6 @@ def move(
         wanted = p.advice[n] if p.driving[s.sides[n]] else actions[n]
         keep(k, chance, n, wanted[0] * model.v_max[n], wanted[1] * model.w_max[n])
         drive(s, t, m, r, n, k.wanted[n, k.late, 0], k.wanted[n, k.late, 1])
-    for _ in range(TICKS):
-        advance(m, r, walls, PERIOD / TICKS)
 
 
 def show(s: Record, t: Record, model: Record, k: Record, o: Outputs, b: int) -> None:
@@ -256,6 +245,7 @@ def step_all(
         actions: shape (matches, players, 2): shares of the models' top speed and turn rate, -1 to 1.
         most: the decisions after which a match is truncated; 0 for no bound.
     """
+    still = np.zeros(high, dtype=np.bool_)
     for b in range(low, high):
         s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
         c, model, chance, p = a.calls[b], a.model[b], a.chance[b], a.plans[b]
@@ -271,12 +261,15 @@ def step_all(
         o.winners[b] = t.winner
         o.terminated[b] = t.winner >= 0
         o.truncated[b] = t.winner < 0 and 0 < most <= k.steps
+        still[b] = over or o.terminated[b] or o.truncated[b]
         if o.terminated[b] or o.truncated[b]:
             measure(m, k, chance, vary)
             observe(s, t, model, k.poses, k.velocities, k.own, o.last[b])
             begin(s, t, m, r, model, k, chance, vary)
             forget(p)
         elif not over:
-            move(s, t, m, r, model, k, p, chance, walls, actions[b])
-        measure(m, k, chance, vary)
-        show(s, t, model, k, o, b)
+            steer(s, t, m, r, model, k, p, chance, actions[b])
+    advance(low, high, a.motions, a.robots, still, walls, PERIOD / TICKS, TICKS)
+    for b in range(low, high):
+        measure(a.motions[b], a.minds[b], a.chance[b], vary)
+        show(a.setting, a.standing[b], a.model[b], a.minds[b], o, b)
