@@ -78,6 +78,27 @@ def compiled(function: F, **filled: Callable[..., Any]) -> F:
     return cast(F, _compiled(function, cast(_Filled, filled), files, outermost=True))
 
 
+def direct(function: F) -> F:
+    """A compiled function of which each call is given arguments of the same types as the first one.
+
+    From the second call on they are not compared, which takes longer than to play a match for a decision. Others end the
+    process, so who calls it must make sure of them.
+    """
+    if not HAS_NUMBA:
+        return function
+    entries: list[Any] = []
+
+    def call(*arguments: Any) -> Any:
+        if entries:
+            return entries[0](*arguments)
+        result = function(*arguments)
+        kinds = tuple(map(function.typeof_pyval, arguments))  # type: ignore[attr-defined]
+        entries.append(function.overloads[kinds].entry_point)  # type: ignore[attr-defined]
+        return result
+
+    return cast(F, call)
+
+
 def _compiled(function: Any, filled: _Filled, files: set[str], *, outermost: bool = False) -> Any:
     """Compile a function after those that it calls. Its module's own names stay as they are.
 

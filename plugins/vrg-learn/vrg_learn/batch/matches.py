@@ -17,7 +17,7 @@ from vrg_learn.batch import chance, motion, roboflag, sharks_and_minnows, steppi
 from vrg_learn.batch.game import BatchedGame
 from vrg_learn.batch.refereed import Refereed
 from vrg_learn.batch.stepping import Matches, Outputs, Variation
-from vrg_learn.compiled import compiled
+from vrg_learn.compiled import compiled, direct
 from vrg_learn.learning import learning_of
 
 GAMES: Final[dict[str, Callable[..., BatchedGame]]] = {
@@ -112,7 +112,7 @@ class Batch:
             self._step, self._begin, threads = self.referees.step_all, self.referees.begin_all, 1
         elif game.functions is not None:
             functions = game.functions._asdict()
-            self._step = compiled(stepping.step_all, **functions)
+            self._step = direct(compiled(stepping.step_all, **functions))
             self._begin = compiled(stepping.begin_all, **functions)
         edges = np.linspace(0, matches, min(threads or cores(), matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
