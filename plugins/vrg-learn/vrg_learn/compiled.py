@@ -81,8 +81,8 @@ def compiled(function: F, **filled: Callable[..., Any]) -> F:
 def direct(function: F) -> F:
     """A compiled function of which each call is given arguments of the same types as the first one.
 
-    From the second call on they are not compared, which takes longer than to play a match for a decision. Others end the
-    process, so who calls it must make sure of them.
+    From the second call on they are not compared, which takes longer than to play a match for a decision. Others would
+    end the process, so who calls it must make sure of them.
     """
     if not HAS_NUMBA:
         return function

@@ -337,12 +337,16 @@ def body(poses: Floats, sizes: Floats, n: int) -> Box:
 
 
 def collide(m: Record, r: Record, walls: Walls, dt: float) -> bool:
-    """Push overlapping bodies of one match apart, put back those that overlap anyway, and return whether any was."""
+    """Push overlapping bodies of one match apart, put back those that overlap anyway, and return whether any was.
+
+    The room of all of them has just been measured.
+    """
     count = len(m.room)
     for n in range(count):
-        m.at_wall[n] = wall_gap(m, r, walls, n) < CONTACT
+        tight = m.room[n] < CONTACT
+        m.at_wall[n] = tight and wall_gap(m, r, walls, n) < CONTACT
         for other in range(n):
-            m.near[other, n] = robot_gap(m, r, n, other) < CONTACT
+            m.near[other, n] = tight and m.room[other] < CONTACT and robot_gap(m, r, n, other) < CONTACT
     if not find_stuck(m, r, walls):
         return False
     push_apart(m, r, walls)

@@ -1,6 +1,8 @@
 """The observation of one player, laid out as vrg_learn.observation lays out that of a player in a match."""
 
-from vrg_learn.batch.records import Floats, Numbers, Singles, insert
+import math
+
+from vrg_learn.batch.records import Floats, Singles
 from vrg_learn.observation import own, place, turned
 
 OWN = 8
@@ -52,7 +54,6 @@ def write_others(
     flags: Floats,
     v_max: float,
     scale: float,
-    order: Numbers,
     gaps: Floats,
 ) -> None:
     """Write from number `at` on what a player knows of the others, the nearest first.
@@ -61,24 +62,25 @@ def write_others(
         me: its row. here: its own x, y, speed, and the cosine and sine of its heading.
         poses: shape (players, 3), as they are published. turns: the cosine and sine of each heading.
         velocities: shape (players, 2), m/s. flags: shape (players, flags). scale: 1 / reach, 1/m.
-        order, gaps: shape (players,): room to work in.
+        gaps: shape (players,): room to work in.
     """
     x, y, v, cos, sin = here
-    others = 0
-    for n in range(len(poses)):
+    count, width, fastest = len(poses), OTHER + flags.shape[1], 2.0 * v_max
+    for n in range(count):
+        dx, dy = poses[n, 0] - x, poses[n, 1] - y
+        gaps[n] = dx * dx + dy * dy
+    gaps[me] = math.inf
+    for n in range(count):
         if n == me:
             continue
-        dx, dy = poses[n, 0] - x, poses[n, 1] - y
-        insert(gaps, order, others, dx * dx + dy * dy, n)
-        others += 1
-    fastest = 2.0 * v_max
-    for slot in range(others):
-        n = order[slot]
-        at = write_place(out, at, poses[n, 0] - x, poses[n, 1] - y, cos, sin, scale)
+        nearer = 0
+        for other in range(n):
+            nearer += gaps[other] <= gaps[n]
+        for other in range(n + 1, count):
+            nearer += gaps[other] < gaps[n]
+        i = write_place(out, at + nearer * width, poses[n, 0] - x, poses[n, 1] - y, cos, sin, scale)
         along, across = turned(velocities[n, 0], velocities[n, 1], cos, sin)
-        out[at], out[at + 1] = clipped((along - v) / fastest), clipped(across / fastest)
-        out[at + 2], out[at + 3] = turned(turns[n, 0], turns[n, 1], cos, sin)
-        at += OTHER - PLACE
+        out[i], out[i + 1] = clipped((along - v) / fastest), clipped(across / fastest)
+        out[i + 2], out[i + 3] = turned(turns[n, 0], turns[n, 1], cos, sin)
         for k in range(flags.shape[1]):
-            out[at + k] = flags[n, k]
-        at += flags.shape[1]
+            out[i + OTHER - PLACE + k] = flags[n, k]

@@ -270,8 +270,7 @@ def observe(s: Record, t: Record, model: Record, seen: Floats, velocities: Float
     dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
     scale = 1.0 / math.sqrt(dx * dx + dy * dy)
     limit = s.sudden_death if t.number == SUDDEN_DEATH else s.round_time
-    flags, turns = np.empty((count, FLAGS)), np.empty((count, 2))
-    order, gaps = np.empty(count, dtype=np.int64), np.empty(count)
+    flags, turns, gaps = np.empty((count, FLAGS)), np.empty((count, 2)), np.empty(count)
     for n in range(count):
         turns[n, 0], turns[n, 1] = cos_sin(seen[n, 2])
         for state in range(3):
@@ -295,9 +294,7 @@ def observe(s: Record, t: Record, model: Record, seen: Floats, velocities: Float
         at = write_place(row, at, s.midline - x, 0.0, cos, sin, scale)
         for n in range(count):
             flags[n, 0] = s.sides[n] == team
-        write_others(
-            row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, order, gaps
-        )
+        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, gaps)
 
 
 def in_zone(s: Record, team: int, x: float, y: float) -> bool:

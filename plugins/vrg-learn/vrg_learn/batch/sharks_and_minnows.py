@@ -203,8 +203,7 @@ def observe(
     dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
     scale = 1.0 / math.sqrt(dx * dx + dy * dy)
     zone = s.zones[t.goal]
-    flags, turns = np.empty((count, FLAGS)), np.empty((count, 2))
-    order, gaps = np.empty(count, dtype=np.int64), np.empty(count)
+    flags, turns, gaps = np.empty((count, FLAGS)), np.empty((count, 2)), np.empty(count)
     minnows, sharks = 0, 0
     for n in range(count):
         flags[n, 2] = t.active[n]
@@ -229,9 +228,7 @@ def observe(
         at = write_place(row, at, (zone[0] + zone[2]) / 2 - x, (zone[1] + zone[3]) / 2 - y, cos, sin, scale)
         for n in range(count):
             flags[n, 0], flags[n, 1] = t.roles[n] == t.roles[me], s.sides[n] == s.sides[me]
-        write_others(
-            row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, order, gaps
-        )
+        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, gaps)
 
 
 def able(t: Record, n: int) -> bool:
