@@ -12,8 +12,9 @@ import pytest
 from batch import test_roboflag, test_twin
 from batch import test_sharks_and_minnows as sharks
 from batch import test_variation as varied
+from batch.test_any_game import as_in_a_batch, assert_the_same
 from batch.test_motion import test_robots_in_a_crowd_move_as_in_the_planar_engine as crowd
-from vrg_learn.batch import assigning, motion, observing, roboflag, sharks_and_minnows, stepping
+from vrg_learn.batch import assigning, matches, motion, observing, refereed, roboflag, sharks_and_minnows, stepping
 
 
 class Planted(NamedTuple):
@@ -103,8 +104,22 @@ LATE = (
     Planted(stepping.steer, "k.wanted[n, k.late, 0]", "k.wanted[n, 0, 0]"),
     Planted(stepping.draw, "k.wanted[:] = 0.0", "pass"),
 )
-SLOW = (SHARKS, LONG, ANYWHERE, SHARKS_ANYWHERE, ZONES)
+REFEREED = (
+    Planted(refereed.drive, "elif t.led[n] and not stands:", "elif False:"),
+    Planted(refereed.drive, "elif t.was_led[n]:", "elif t.led[n]:"),
+    Planted(refereed.coast, "lock(a.motions[b], n)", "pass"),
+)
+SLOW = (SHARKS, LONG, ANYWHERE, SHARKS_ANYWHERE, ZONES, REFEREED)
 """Those whose tests take long."""
+
+
+def check_referees() -> None:
+    """A match of RoboFlag under its referee, in which players are led home, and a round ends."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(matches, "GAMES", {})
+        assert_the_same(as_in_a_batch(test_roboflag.SMALL), lambda _, seen, rng: test_roboflag.drives(seen, rng), 1)
+
+
 TABLE: tuple[tuple[Callable[[], None], tuple[Planted, ...]], ...] = (
     (partial(sharks.test_the_calls_of_a_small_match_are_those_of_the_referee, None), SHARKS),
     (partial(sharks.test_the_calls_are_those_of_the_referee_where_a_shark_and_a_minnow_leave_the_field, None), OUT),
@@ -119,6 +134,7 @@ TABLE: tuple[tuple[Callable[[], None], tuple[Planted, ...]], ...] = (
     (partial(varied.test_each_robot_of_each_match_is_drawn_by_itself, None), DRAWN),
     (partial(varied.test_each_command_is_lost_by_itself_and_the_one_before_it_holds, None), LOST),
     (partial(varied.test_a_command_that_is_late_moves_the_robot_so_many_decisions_later, None), LATE),
+    (check_referees, REFEREED),
 )
 """Tests, as they are in Python, and the mistakes that each finds: the first also in `make test`, if it is not SLOW."""
 
