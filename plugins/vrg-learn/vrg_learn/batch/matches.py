@@ -30,8 +30,8 @@ GAMES: Final[dict[str, Callable[..., BatchedGame]]] = {
 class Batch:
     """This many matches at once. Matches that end start again in the same step (Gymnasium's SAME_STEP).
 
-    Any game can be played whose players need no scan and tell the referee nothing. Those of GAMES are some fifty times
-    as fast as others, of which only motion is compiled, and which work in one thread.
+    Any game can be played whose players need no scan and tell the referee nothing. Those of GAMES are some two hundred
+    times as fast as others, of which only motion is compiled, and which work in one thread.
 
     Args:
         setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn.
