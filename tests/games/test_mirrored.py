@@ -41,7 +41,7 @@ def match_file(side: int) -> str:
 def right_handed(patch: pytest.MonkeyPatch) -> Iterator[None]:
     """Robots that pass others on the other side where both are free."""
     with patch.context() as own:
-        own.setattr(avoidance, "_TURNS", tuple((cos, -sin) for cos, sin in avoidance._TURNS))
+        own.setattr(avoidance, "WAYS", tuple((cos, -sin) for cos, sin in avoidance.WAYS))
         own.setattr(pilot, "SIDEWAYS", -pilot.SIDEWAYS)
         yield
 
