@@ -278,3 +278,19 @@ def test_an_answer_that_another_thread_has_taken_in_holds_nobody_up(monkeypatch:
         asking.join(60.0)
         assert not asking.is_alive()
         assert server.alive
+
+
+def test_numpy_starts_no_thread_and_draws_other_numbers_in_each_process(tmp_path: Path) -> None:
+    (tmp_path / "littering.py").write_text(
+        "import numpy as np, os\n\ndef main(arguments):\n    threads = len(os.listdir('/proc/self/task'))\n"
+        "    print(np.random.random(), threads, os.environ.get('OPENBLAS_NUM_THREADS'), flush=True)\n    return 0\n",
+        encoding="utf-8",
+    )
+    log = tmp_path / "log"
+    with fork_server(preload=["littering", "numpy"]) as server:
+        assert server.alive
+        for _ in range(2):
+            assert run(server, log).wait(60.0)
+    first, second = (line.split() for line in log.read_text().splitlines())
+    assert first[1:] == second[1:] == ["1", str(os.environ.get("OPENBLAS_NUM_THREADS"))]
+    assert first[0] != second[0]

@@ -37,8 +37,13 @@ PRELOADED = (
     "vrg.bus.session",
     "vrg.hal.sim.driver",
     "vrg.playing.strategies",
+    "vrg.launch.nodes.world",
+    "vrg.launch.nodes.referee",
+    "vrg.launch.nodes.recorder",
 )
-"""The modules that most nodes of a match need, but none that start threads, such as numpy."""
+"""The modules that nodes of a match need, but none that start threads."""
+_THREADS = "OPENBLAS_NUM_THREADS"
+"""The environment variable by which numpy starts no threads when it is imported."""
 ORPHANED = 12.0
 """The real time in s from the launcher's death after which processes are killed. Nodes end by themselves in 10 s."""
 MAX_REQUEST_SIZE = 1 << 16
@@ -198,6 +203,8 @@ def become(request: Sequence[str], stream: int, log: int, variables: Mapping[str
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        if "numpy.random" in sys.modules:  # Python reseeds its own generator; this one would draw the same in all
+            sys.modules["numpy.random"].seed()
         status = importlib.import_module(request[0]).main(request[1:])
         atexit._run_exitfuncs()
     except SystemExit as end:
@@ -212,11 +219,25 @@ def become(request: Sequence[str], stream: int, log: int, variables: Mapping[str
         os._exit(status)
 
 
+@contextlib.contextmanager
+def _one_thread() -> Iterator[None]:
+    """Import numpy without threads, unless the environment says how many. What is forked may start some later."""
+    if _THREADS in os.environ:
+        yield
+        return
+    os.environ[_THREADS] = "1"
+    try:
+        yield
+    finally:
+        del os.environ[_THREADS]
+
+
 def main() -> None:
     """Run as the server. If something has started a second thread, end at once, because forks would not be safe."""
     with socket.socket(fileno=os.dup(0)) as channel:
-        for module in sys.argv[1:]:
-            importlib.import_module(module)
+        with _one_thread():
+            for module in sys.argv[1:]:
+                importlib.import_module(module)
         added()  # takes each process 15 ms otherwise
         if os.path.exists("/proc/self/task") and len(os.listdir("/proc/self/task")) > 1:
             return
