@@ -21,6 +21,7 @@ from typing import Any
 
 import against
 from common import Cost, Stopwatch, arguments, median, reference, show, write_match
+from msgspec import structs
 
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
@@ -61,7 +62,7 @@ class Case:
         return {
             "engine": self.engine,
             "robots": self.robots,
-            "lasers": "10 Hz" if self.lasers else "none",
+            "lasers": "10 Hz, each player reads its own" if self.lasers else "none",
             "x real time": speed,
             "by wall": median([seconds / cost.wall for seconds, cost, _ in self.runs]),
             "us a tick": median([cost.cpu / seconds * 0.02 * 1e6 for seconds, cost, _ in self.runs]),
@@ -74,6 +75,10 @@ class Case:
 def _match(case: Case, seed: int) -> Iterator[tuple[MatchSetup, Journal]]:
     with tempfile.TemporaryDirectory() as name:
         setup = write_match(Path(name), case.robots, engine=case.engine, lasers=case.lasers, seed=seed)
+        if case.lasers:  # nobody computes what nobody reads
+            (Path(name) / "reader.py").write_text(against.READER, encoding="utf-8")
+            readers = [structs.replace(player, strategy="reader.py:Reader") for player in setup.players]
+            setup = structs.replace(setup, players=readers)
         with open_journal(setup, RunFolder(Path(name))) as journal:
             yield setup, journal
 
