@@ -21,6 +21,18 @@ class DecisionTimeoutError(BaseException):
     """A strategy takes too long to decide. A student's `except Exception` does not catch it."""
 
 
+class DeferredError(BaseException):
+    """What another node has deferred cannot be made. A student's `except Exception` does not catch it.
+
+    Attributes:
+        sender: the node. error: what it raises.
+    """
+
+    def __init__(self, sender: str, error: Exception) -> None:
+        super().__init__(f"{sender}: {error}")
+        self.sender, self.error = sender, error
+
+
 FINAL = (MemoryError, OutputFloodError)
 """Failures after which a strategy is not tried again."""
 

@@ -16,8 +16,9 @@ from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import TouchSpec
 from vrg.hal.sim.map import load_map
-from vrg.hal.sim.sensors.base import Instant, Surroundings
+from vrg.hal.sim.sensors.base import Instant, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.laser import LaserSimulation
+from vrg.hal.sim.sensors.simple import InsSimulation
 from vrg.hal.sim.sensors.suite import SensorSuite
 from vrg.types import Twist
 
@@ -117,6 +118,17 @@ def test_each_sensor_speaks_at_its_own_rate() -> None:
     suite = make("a", model=model)
     said = [m.kind for t in range(100) for _, _, m in suite.sense(instant(t, [model], (0, 0)))]
     assert (said.count("encoders"), said.count("touch")) == (50, 10)
+
+
+def test_a_subclass_says_itself_that_its_readings_depend_on_the_instant_alone() -> None:
+    class Drifting(InsSimulation):
+        """What it adds may have a memory."""
+
+    class Plain(InsSimulation):
+        deferrable = True
+
+    assert (InsSimulation.deferrable, Drifting.deferrable, Plain.deferrable) == (True, False, True)
+    assert not SensorSimulation.deferrable
 
 
 def test_a_share_of_the_readings_may_drop_out() -> None:

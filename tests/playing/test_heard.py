@@ -9,9 +9,12 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.config.setup import MatchSetup
 from vrg.hal.sensors import SENSORS
+from vrg.hal.sensors.touch import Touch, TouchSpec
+from vrg.hal.sim.sensors.base import Instant, Mounted
+from vrg.hal.sim.sensors.simple import TouchSimulation
 from vrg.launch.fork_server import fork_server
 from vrg.playing.strategies import Strategies
-from vrg.runs.step_log import StepLog
+from vrg.runs.step_log import Missed, StepLog, read_steps
 from vrg.testing import matches
 from vrg.testing.tiny import TINY
 
@@ -54,6 +57,29 @@ sonar = {rate = 50.0}
 """Another rate of the same kinds for one robot: a reading is then not due at the same tick for all."""
 
 
+SLOW_AND_CURIOUS = """
+import time
+from vrg.agents import Strategy, Twist
+from vrg.hal.sensors.touch import Touch
+
+class Slow(Strategy):
+    count = 0
+    def act(self, view):
+        self.count += 1
+        time.sleep(0.8 if self.count == 20 else 0.0)
+        return Twist(0.3, 0.1)
+
+class Curious(Strategy):
+    count = 0
+    def act(self, view):
+        self.count += 1
+        if self.count >= 20:
+            view.readings.latest(Touch)
+        return Twist(0.3, 0.1)
+"""
+"""One that is late once, and one that looks at another kind of sensor in the same step."""
+
+
 class Everything(Node):
     """Takes all that the world and the referee publish, tick by tick."""
 
@@ -88,6 +114,33 @@ def left(setup_text: str, folder: Path, way: str) -> tuple[bytes, bytes, bytes]:
         assert min(watcher.taken.values()) >= 5
         assert len(watcher.taken) > 20
     return run.journal.read_bytes(), run.evidence.read_bytes(), (folder / "steps.jsonl").read_bytes()
+
+
+def test_a_sensor_that_fails_is_no_fault_of_who_reads_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def measure(_: TouchSimulation, mounted: Mounted[TouchSpec], now: Instant) -> Touch:
+        if now.tick > 110:
+            raise ValueError(f"the bumpers of {mounted.robot} are broken")
+        return Touch(pressed=(False,))
+
+    monkeypatch.setattr(TouchSimulation, "measure", measure)
+    (tmp_path / "two.py").write_text(SLOW_AND_CURIOUS, encoding="utf-8")
+    ann = 'name = "ann"'
+    setup = matches.written(tmp_path, TINY.replace(ann, f'{ann}\nstrategy = "two.py:Curious"'))
+    with pytest.raises(ValueError, match="the bumpers of shark are broken") as caught:
+        matches.played(setup, tmp_path, limit=4.0)
+    assert caught.value.__notes__ == ["raised by world world, for player ann, at match time 2.30 s"]
+
+
+def test_one_that_is_slow_makes_nobody_else_forfeit(tmp_path: Path) -> None:
+    (tmp_path / "two.py").write_text(SLOW_AND_CURIOUS, encoding="utf-8")
+    ann, bob = ('name = "ann"', 'name = "bob"')
+    text = TINY.replace(ann, f'{ann}\nstrategy = "two.py:Slow"').replace(bob, f'{bob}\nstrategy = "two.py:Curious"')
+    setup = matches.written(tmp_path, text)
+    with StepLog(tmp_path / "steps.jsonl") as steps, fork_server() as server:
+        apart = Strategies(server, every=True, deadline=0.5)
+        matches.played(setup, tmp_path, steps=steps, apart=apart, limit=4.0)
+    late = {line.player for line in read_steps(tmp_path / "steps.jsonl") if isinstance(line, Missed)}
+    assert late == {"ann"}
 
 
 @pytest.mark.parametrize("rates", ["", RATES], ids=["rates of the model", "odd rates"])

@@ -1,6 +1,9 @@
 """A strategy in a process of its own is shown what it would be shown in the process of its match."""
 
+import contextlib
 import pickle
+import queue
+import threading
 
 import pytest
 from msgspec import structs
@@ -21,7 +24,7 @@ from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.spec import Sample
-from vrg.playing.question import EVERY_KIND, VIEWS_KEPT, Answering, Questions, Wanted
+from vrg.playing.question import EVERY_KIND, VIEWS_KEPT, Answering, Questions, TooManyQuestionsError, Wanted
 from vrg.types import Pose
 
 
@@ -101,14 +104,19 @@ def test_a_kind_of_sensor_is_asked_for_once_and_then_sent() -> None:
     assert len(wire.asked) == 3
 
 
-def test_a_view_that_is_kept_has_the_readings_of_its_instant() -> None:
+def test_a_view_that_is_kept_has_the_readings_of_its_instant_until_it_is_too_old() -> None:
     wire, view, other = Wire(), *views_of("sharks-and-minnows")[:2]
-    first = wire.shown(view)
-    kept = [wire.shown(other) for _ in range(VIEWS_KEPT - 1)]
+    first, second = wire.shown(view), wire.shown(view)
+    assert second.readings.latest(Ins) == view.readings.latest(Ins)
+    for _ in range(VIEWS_KEPT - 2):
+        wire.shown(other)
     assert first.readings.latest(Ins) == view.readings.latest(Ins)
-    assert kept[0].readings.latest(Battery) == other.readings.latest(Battery)
     wire.shown(other)
-    assert first.readings.latest(Battery) is None, "it is too old"
+    with pytest.raises(LookupError, match="this view is older than 600 views: look at it while it is newer"):
+        first.readings.latest(Battery)
+    assert len(second.readings.samples) == 2
+    wire.shown(other)
+    assert second.readings.latest(Ins) == view.readings.latest(Ins), "what it had it keeps"
 
 
 def test_one_that_asks_without_end_is_refused() -> None:
@@ -116,8 +124,28 @@ def test_one_that_asks_without_end_is_refused() -> None:
     for number in range(100):
         wire.questions.told(Wanted(1, f"kind {number}"))
     wire.shown(view)
-    with pytest.raises(ValueError, match="expected at most 100 questions about readings, and of 100 kinds"):
+    with pytest.raises(TooManyQuestionsError, match="expected at most 100 questions about readings, and of 100 kinds"):
         wire.questions.told(Wanted(1, "another kind"))
+
+
+def test_threads_of_a_strategy_may_look_at_readings_while_it_waits_for_the_next_view() -> None:
+    questions, ways, asked = Questions(), queue.Queue[bytes](), queue.Queue[Wanted]()
+    strategy, views = Answering(ways.get, asked.put), views_of("sharks-and-minnows")
+    ways.put(questions.packed(views[0]))
+    first, seen = strategy.view(), queue.Queue[object]()
+    looking = [threading.Thread(target=lambda: seen.put(first.readings.latest(Ins)), daemon=True) for _ in range(2)]
+    waiting = threading.Thread(target=lambda: seen.put(strategy.view().time), daemon=True)
+    for thread in (waiting, *looking):
+        thread.start()
+    ways.put(questions.packed(views[0]))
+    for _ in range(asked.qsize() or 1):
+        ways.put(questions.told(asked.get(timeout=60.0)))
+    while looking[0].is_alive() or looking[1].is_alive():
+        with contextlib.suppress(queue.Empty):
+            ways.put(questions.told(asked.get(timeout=0.01)))
+    waiting.join(60.0)
+    found = [seen.get(timeout=60.0) for _ in range(3)]
+    assert sorted(map(str, found)) == sorted(map(str, [0.5, *[views[0].readings.latest(Ins)] * 2]))
 
 
 def test_readings_are_made_when_they_are_looked_at_and_stay_what_they_were() -> None:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from msgspec import Struct, structs
 
 from vrg.agents.radio import TeamMessage
-from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
+from vrg.blame import DecisionTimeoutError, DeferredError, failure_of, place_of_method
 from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
 from vrg.errors import StrategyError
 from vrg.hal.models import RobotModel
@@ -165,7 +165,7 @@ def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
     try:
         answer = strategy.act(view)
         mode = str(strategy.mode)
-    except (DecisionTimeoutError, StrategyError):
+    except (DecisionTimeoutError, DeferredError, StrategyError):
         raise
     except ForfeitError:
         return Action(), "Late"

@@ -85,6 +85,10 @@ def encode(message: Received[Message], sender: str | None = None) -> bytes:
     )
 
 
+DIGESTS: Final = 2
+"""The number of what digests of messages are made of: it rises when `content` changes."""
+
+
 def content(message: Received[Message]) -> bytes:
     """What a message says, encoded: all but how many its sender has published."""
     return _encoder.encode((message.body.version, message.key, message.stamp, message.body))

@@ -9,6 +9,7 @@ processes, it is published like every other.
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
+from vrg.blame import DeferredError
 from vrg.bus.codec import Received
 from vrg.bus.messages import Message
 from vrg.bus.topics import Topic
@@ -35,8 +36,13 @@ class Deferred(Generic[T]):
 
         Raises:
             KeyError: there is none on this key.
+            DeferredError: it cannot be made.
         """
         if self._made is None:
-            bodies = zip(self.topics, self.make(), strict=True)
-            self._made = {topic.key: Received(topic.key, self.stamp, 0, body, self.sender) for topic, body in bodies}
+            try:
+                bodies = zip(self.topics, self.make(), strict=True)
+                made = {topic.key: Received(topic.key, self.stamp, 0, body, self.sender) for topic, body in bodies}
+            except Exception as error:
+                raise DeferredError(self.sender, error) from error
+            self._made = made
         return self._made[key]

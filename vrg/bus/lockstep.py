@@ -29,6 +29,7 @@ class Lockstep:
             bus is refused here too. This is slower.
         digested: called once a DIGEST_PERIOD with the match time in s of a step, and the digest of all that each node
             has published in it, by its kind and name. None makes none.
+        clock: returns the real time, s, by which it is counted what deferred messages take; None counts nothing.
     """
 
     def __init__(
@@ -38,10 +39,11 @@ class Lockstep:
         *,
         strict: bool = False,
         digested: Callable[[float, Mapping[str, str]], None] | None = None,
+        clock: Callable[[], float] | None = None,
     ) -> None:
         self._world = world
         self._digested, self._digests = digested, -1
-        self._transport = MemoryTransport(strict=strict)
+        self._transport = MemoryTransport(strict=strict, clock=clock)
         self._started = False
         self._nodes = sorted(nodes, key=lambda node: (node.kind, node.name))
         self._due = {node.period: -1 for node in self._nodes}

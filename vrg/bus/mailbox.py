@@ -5,6 +5,7 @@ import enum
 import logging
 import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from typing import Final, Generic, TypeVar
 
 from msgspec import Struct
@@ -240,6 +241,8 @@ class Mailbox:
         newest: the newest deferred message of each key that is asked for, up to the end of the last tick. It is
             replaced, and never changed.
         aloud: executor only: True publishes also what nobody takes.
+        clock: executor only: returns the real time, s, by which `making` is counted; None counts nothing.
+        making: the real time that it has taken to make what was deferred, s.
     """
 
     def __init__(self, sender: str = "") -> None:
@@ -253,6 +256,8 @@ class Mailbox:
         self.newest: Mapping[str, Deferred[Message]] = {}
         self._deferred: dict[str, Deferred[Message]] = {}
         self.aloud = False
+        self.clock: Callable[[], float] | None = None
+        self.making = 0.0
         self._out: list[Outgoing] = []
         self._sequences: dict[str, int] = {}
 
@@ -298,12 +303,20 @@ class Mailbox:
             topics: among `deferring`; otherwise the messages are published at once.
             make: see `Deferred`. It is called at once where somebody takes each message.
         """
-        deferred = Deferred(topics, self.now, make, self.sender)
+        timed = make if self.clock is None else partial(self._timed, self.clock, make)
+        deferred = Deferred(topics, self.now, timed, self.sender)
         for topic in topics:
             if topic.key in self.asked:
                 self._deferred[topic.key] = deferred  # type: ignore[assignment]
             if self.aloud or topic.key not in self.untaken:
                 self.publish(topic, deferred.of(topic.key).body)
+
+    def _timed(self, clock: Callable[[], float], make: Callable[[], Sequence[T]]) -> Sequence[T]:
+        began = clock()
+        try:
+            return make()
+        finally:
+            self.making += clock() - began
 
     def forget(self) -> None:
         """Executor only: drop everything but events, because the world has stepped back in time."""

@@ -9,12 +9,12 @@ import hashlib
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from vrg.blame import DecisionTimeoutError
+from vrg.blame import DecisionTimeoutError, DeferredError
 from vrg.bus.codec import Received, content, decode, encode
 from vrg.bus.deferred import Deferred
 from vrg.bus.mailbox import Inlet, Mailbox, Outgoing
 from vrg.bus.messages import Message
-from vrg.bus.node import Node, Tick
+from vrg.bus.node import Node, Tick, sender_of
 from vrg.bus.topics import key_matches
 
 OnArrival = Callable[[Inlet[Message]], None]
@@ -65,6 +65,9 @@ def begin_turn(nodes: Sequence[Node], tick: Tick) -> None:
     try:
         for node in nodes:
             node.begin(tick)
+    except DeferredError as late:
+        late.error.add_note(_raised_by(node, tick, late.sender))
+        raise late.error from None
     except (Exception, DecisionTimeoutError) as error:
         error.add_note(_raised_by(node, tick))
         raise
@@ -79,6 +82,9 @@ def end_turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
     try:
         for node in nodes:
             node.tick(tick)
+    except DeferredError as late:
+        late.error.add_note(_raised_by(node, tick, late.sender))
+        raise late.error from None
     except (Exception, DecisionTimeoutError) as error:
         error.add_note(_raised_by(node, tick))
         raise
@@ -86,8 +92,16 @@ def end_turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
         transport.send(node.mailbox.collect())
 
 
-def _raised_by(node: Node, tick: Tick) -> str:
-    return f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s"
+def _raised_by(node: Node, tick: Tick, sender: str = "") -> str:
+    """Where an exception comes from.
+
+    Args:
+        sender: who has deferred what the node has read, as in its messages; empty if it is the node's own exception.
+    """
+    if sender in ("", sender_of(node.kind, node.name)):
+        return f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s"
+    other = sender.replace("/", " ")
+    return f"raised by {other}, for {node.kind} {node.name}, at match time {tick.time:.2f} s"
 
 
 _DIGEST = 8
@@ -104,24 +118,29 @@ class MemoryTransport:
         strict: True passes every message through the codec of the bus. `send` then raises MessageError or TypeError for
             one that could not travel over the bus, or would not arrive as it is, such as one with a list in place of a
             tuple; and for a deferred one that would be another one if it were made later. This is slower.
+        clock: returns the real time, s; see `Mailbox.clock`.
 
     Attributes:
         strict: as above.
     """
 
-    def __init__(self, *, strict: bool = False) -> None:
+    def __init__(self, *, strict: bool = False, clock: Callable[[], float] | None = None) -> None:
+        self._clock = clock
         self._digests: dict[str, hashlib.blake2b] | None = None
         self.strict = strict
         self._mailboxes: list[Mailbox] = []
         self._resolved = False
         self._later: dict[str, tuple[Deferred[Message], Message]] = {}
-        """The deferred messages of the last tick, and those that were sent in their place, by key."""
+        """The deferred messages of the last tick, to be made once more, and those that were sent in their place."""
+        self._twins: tuple[Deferred[Message], Deferred[Message]] | None = None
+        """The deferred messages that were sent last, and the same again."""
         self._attached: dict[str, list[_End]] = {}
         self._routes: dict[str, list[_End]] = {}
 
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Bring to a mailbox what it subscribes to."""
         self._mailboxes.append(mailbox)
+        mailbox.clock = self._clock
         for inlet in mailbox.inlets:
             self._attached.setdefault(inlet.topic.key, []).append((inlet, on_arrival))
         self._routes.clear()
@@ -190,13 +209,15 @@ class MemoryTransport:
     def _compare(self, message: Received[Message]) -> None:
         """Make the deferred message that was sent on this key before once more, now that time has gone on."""
         if (before := self._later.pop(message.key, None)) is not None:
-            then, sent = before
-            late = Deferred(then.topics, 0.0, then.make, "").of(message.key).body
+            again, sent = before
+            late = again.of(message.key).body
             if late != sent:
                 raise TypeError(f"{message.key}: expected the same message whenever it is made, got {sent} and {late}")
         for mailbox in self._mailboxes:
             if (deferred := mailbox.newest.get(message.key)) is not None:
-                self._later[message.key] = deferred, message.body
+                if self._twins is None or self._twins[0] is not deferred:
+                    self._twins = deferred, Deferred(deferred.topics, deferred.stamp, deferred.make, deferred.sender)
+                self._later[message.key] = self._twins[1], message.body
 
     def _route(self, key: str) -> list[_End]:
         wild = (ends for of, ends in self._attached.items() if "*" in of and key_matches(of, key))

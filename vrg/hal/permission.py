@@ -10,7 +10,7 @@ This module uses no bus and no clock.
 import math
 
 from vrg.bus.messages import RefereeState
-from vrg.bus.node import is_fresh
+from vrg.bus.node import CLOCK_SKEW, is_fresh
 from vrg.hal.models import RobotModel
 from vrg.shared import shared
 from vrg.types import Twist
@@ -68,10 +68,12 @@ class Permission:
             last = self._last[robot] = twist, limit, model.limited(twist, limit)
         return last[2]
 
-    @property
-    def holds_until(self) -> float:
-        """The match time up to which `motion` permits the same as it did last, s, if nothing new is heard."""
-        return math.inf if self._heard is None else self._heard + REFEREE_TIMEOUT
+    def holds_until(self, now: float) -> float:
+        """The match time up to which `motion` permits the same as at match time `now`, s, if nothing new is heard."""
+        if self._heard is None:
+            return math.inf
+        early = now < self._heard - CLOCK_SKEW  # a state from the future counts once its time has come
+        return -math.inf if early else self._heard + REFEREE_TIMEOUT
 
     def _is_closed(self, now: float) -> bool:
         """True if all are held: the match is halted, the emergency stop is engaged, or the referee is silent."""

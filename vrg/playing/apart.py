@@ -38,7 +38,7 @@ from vrg.launch.remote.wire import BANNER, Frames
 from vrg.launch.sandbox.excess import excess
 from vrg.playing import strategy_process
 from vrg.playing.elsewhere import assignment_elsewhere
-from vrg.playing.question import Questions, Wanted
+from vrg.playing.question import Questions, TooManyQuestionsError, Wanted
 from vrg.playing.strategy_process import Answer, Assignment, Decision, Failed
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Line, Missed
@@ -55,6 +55,8 @@ LOADING_TIME = 20.0
 """The processor time in s that a strategy may take to be imported and made."""
 _LOOK = 0.2
 """The real time in s between two looks at a strategy that is being made."""
+_SERVE = 0.005
+"""The real time in s for which others wait for an answer to their questions while one is waited for."""
 _SELDOM = 5
 """The looks between two of which at what it keeps, once it has been made."""
 _LEAVE = 0.5
@@ -166,6 +168,7 @@ class SubprocessStrategy(SteppedStrategy):
         make: False only imports the class of the strategy, which then cannot decide.
         deadline: the real time in s after which it forfeits a step, which is then noted; None waits for it.
         past, write: see `SteppedStrategy`. now: returns the real time, s.
+        meanwhile: called again and again while it is waited for: others may have questions, too.
 
     Raises:
         ConfigError: there is no such player.
@@ -188,9 +191,10 @@ class SubprocessStrategy(SteppedStrategy):
         past: Past | None = None,
         write: Write = lambda _: None,
         now: Callable[[], float] = time.monotonic,
+        meanwhile: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(name, setup.player(name).robot, past or {}, write)
-        self._deadline, self._now = deadline, now
+        self._deadline, self._now, self._meanwhile = deadline, now, meanwhile
         self._questions = Questions()
         self._asked = self._late = False
         self._since, self._asked_where, self._told = 0.0, -math.inf, -math.inf
@@ -365,14 +369,12 @@ class SubprocessStrategy(SteppedStrategy):
         until = self._now() + patience
         try:
             while not self._answers and not self._channel.closed:
-                for answer in self._channel.pump(max(0.0, until - self._now())):
-                    if isinstance(answer, Wanted):
-                        self._send(self._questions.told(answer))
-                    else:
-                        self._answers.append(answer)
+                self._take_in(min(_SERVE, max(0.0, until - self._now())))
                 if self._now() >= until:
                     break
-        except (MessageError, ValueError) as error:
+                if not self._answers:
+                    self._meanwhile()
+        except (MessageError, TooManyQuestionsError) as error:
             self._end(str(error))
         except DecisionTimeoutError as error:
             self.close()
@@ -381,6 +383,19 @@ class SubprocessStrategy(SteppedStrategy):
             self.close()  # it still decides, and its answer would be taken for that to the next question
             raise
         return bool(self._answers) or self._channel.closed
+
+    def _take_in(self, patience: float) -> None:
+        """Keep what it answers, and answer what it asks; see `vrg.launch.remote.channel.Channel.pump`."""
+        for answer in self._channel.pump(patience):
+            if isinstance(answer, Wanted):
+                self._send(self._questions.told(answer))
+            else:
+                self._answers.append(answer)
+
+    def serve(self) -> None:
+        """Answer what it asks while another one is waited for. What goes wrong is found out when it is waited for."""
+        if not self._answers and not self._channel.closed:
+            self._has_answered(0.0)
 
     def _taken(self) -> Action:
         """Take its answer.

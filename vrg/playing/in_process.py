@@ -1,6 +1,7 @@
 """Plays a whole match in this process, in lockstep: virtual robots, and those whose motor controllers are emulated."""
 
 import gc
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -105,7 +106,7 @@ def assemble(
     world = world_node(setup)
     trackers = [tracker_node(setup, name) for name in setup.trackers]
     nodes: list[Node] = [coordinator, *trackers, *players.values(), *watchers]
-    executor = Lockstep(world, nodes, strict=strict, digested=digested)
+    executor = Lockstep(world, nodes, strict=strict, digested=digested, clock=time.monotonic)
     return Assembly(executor, world, coordinator, players, trackers)
 
 

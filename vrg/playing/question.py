@@ -6,14 +6,16 @@ it looks at another kind, it asks for that reading first.
 """
 
 import pickle
+import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct, structs
 
 from vrg.agents.strategy import View
 from vrg.bus.messages import RefereeState, SensorMessage
+from vrg.errors import VrgError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import LazySamples, S, samples_of
 from vrg.hal.sensors.spec import Sample
@@ -22,8 +24,8 @@ from vrg.types import Vector
 
 EVERY_KIND: Final = "*"
 """The word for all kinds of sensors."""
-VIEWS_KEPT: Final = 20
-"""The number of newest views of which a strategy may still ask for readings."""
+VIEWS_KEPT: Final = 600
+"""The number of newest views of which a strategy may still ask for readings: those of a minute."""
 _ASKS: Final = 100
 """The number of readings that a strategy may ask for between two views: more than there are kinds of sensors."""
 _SAME: Final = ("robot", "obstacles")
@@ -33,6 +35,7 @@ _encoder = msgspec.msgpack.Encoder()
 _state_decoder = msgspec.msgpack.Decoder(RefereeState)
 _velocities_decoder = msgspec.msgpack.Decoder(dict[str, Vector])
 Samples = tuple[Sample[SensorMessage], ...]
+T = TypeVar("T")
 
 
 class Wanted(Struct, frozen=True, tag=True):
@@ -44,6 +47,17 @@ class Wanted(Struct, frozen=True, tag=True):
 
     view: int
     kind: Annotated[str, Meta(max_length=100)]
+
+
+class Told(NamedTuple):
+    """The readings that a strategy has asked for; None if the view is too old."""
+
+    wanted: Wanted
+    samples: Samples | None
+
+
+class TooManyQuestionsError(VrgError):
+    """A strategy asks so much that it means no readings."""
 
 
 class Questions:
@@ -77,14 +91,17 @@ class Questions:
         """The readings that it asks for, as they are sent.
 
         Raises:
-            ValueError: it asks for so many that it means no readings.
+            TooManyQuestionsError: it has asked for too many since the last view.
         """
         self._asks += 1
         self._kinds[wanted.kind] = None
         if max(self._asks, len(self._kinds)) > _ASKS:
-            raise ValueError(f"expected at most {_ASKS} questions about readings, and of {_ASKS} kinds of them")
+            raise TooManyQuestionsError(
+                f"expected at most {_ASKS} questions about readings, and of {_ASKS} kinds of them"
+            )
         view = self._views.get(wanted.view)
-        return pickle.dumps(() if view is None else self._samples(view, (wanted.kind,)), pickle.HIGHEST_PROTOCOL)
+        told = Told(wanted, None if view is None else self._samples(view, (wanted.kind,)))
+        return pickle.dumps(told, pickle.HIGHEST_PROTOCOL)
 
     @staticmethod
     def _samples(view: View, kinds: tuple[str, ...]) -> Samples:
@@ -93,7 +110,7 @@ class Questions:
 
 
 class Answering:
-    """The views that one strategy is sent: its own side.
+    """The views that one strategy is sent: its own side. Its threads may look at readings, too.
 
     Args:
         receive: waits for what comes next from the match. ask: sends a question there.
@@ -102,6 +119,9 @@ class Answering:
     def __init__(self, receive: Callable[[], bytes], ask: Callable[[Wanted], None]) -> None:
         self._receive, self._ask = receive, ask
         self._before: View | None = None
+        self._arrived, self._receiving = threading.Condition(), False
+        self._packed: list[tuple[int, tuple[str, ...], dict[str, Any]]] = []
+        self._told: list[Told] = []
 
     def view(self) -> View:
         """Wait for the next view.
@@ -109,7 +129,7 @@ class Answering:
         Raises:
             EOFError: the match has closed its end.
         """
-        number, kinds, fields = pickle.loads(self._receive())
+        number, kinds, fields = self._awaited(lambda: self._packed.pop(0) if self._packed else None)
         for name in _SAME if self._before is not None else ():
             fields.setdefault(name, getattr(self._before, name))
         fields["referee"] = _state_decoder.decode(fields["referee"])
@@ -122,9 +142,36 @@ class Answering:
         return self._before
 
     def _readings(self, view: int, kind: str) -> Samples:
-        self._ask(Wanted(view, kind))
-        samples: Samples = pickle.loads(self._receive())
+        wanted = Wanted(view, kind)
+        self._ask(wanted)
+
+        def told() -> Told | None:
+            number = next((number for number, one in enumerate(self._told) if one.wanted == wanted), None)
+            return None if number is None else self._told.pop(number)
+
+        samples = self._awaited(told).samples
+        if samples is None:
+            raise LookupError(f"readings: this view is older than {VIEWS_KEPT} views: look at it while it is newer")
         return samples
+
+    def _awaited(self, take: Callable[[], T | None]) -> T:
+        """Wait until there is something to take. One thread at a time receives, for all of them."""
+        while True:
+            with self._arrived:
+                while (found := take()) is None and self._receiving:
+                    self._arrived.wait()
+                if found is not None:
+                    return found
+                self._receiving = True
+            message: Any = None
+            try:
+                message = pickle.loads(self._receive())
+            finally:
+                with self._arrived:
+                    self._receiving = False
+                    if message is not None:
+                        (self._told if isinstance(message, Told) else self._packed).append(message)
+                    self._arrived.notify_all()
 
 
 class _AskedSamples(LazySamples):
@@ -136,13 +183,16 @@ class _AskedSamples(LazySamples):
 
     def __init__(self, samples: Samples, kinds: Sequence[str], ask: Callable[[str], Samples]) -> None:
         self._samples, self._kinds, self._ask = samples, set(kinds), ask
+        self._asking = threading.Lock()
 
     def of(self, kind: type[S], name: str | None = None) -> Sample[S] | None:
         """The first sample of a kind of sensor: see `Readings.latest`."""
         word = getattr(kind, "kind", EVERY_KIND)
-        if word not in self._kinds and EVERY_KIND not in self._kinds:
-            self._kinds.add(word)
-            self._samples = self._ask(word) if word == EVERY_KIND else self._samples + self._ask(word)
+        with self._asking:
+            if word not in self._kinds and EVERY_KIND not in self._kinds:
+                samples = self._ask(word)
+                self._samples = samples if word == EVERY_KIND else self._samples + samples
+                self._kinds.add(word)
         found = (s for s in self._samples if isinstance(s.value, kind) and (name is None or s.name == name))
         return next(found, None)  # type: ignore[return-value]
 

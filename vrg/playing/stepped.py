@@ -16,6 +16,7 @@ from vrg.agents.player import Player
 from vrg.agents.radio import Radio
 from vrg.agents.strategy import Strategy
 from vrg.blame import DecisionTimeoutError, failure_of
+from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.bus.stopping import Stop, StopSignal
 from vrg.bus.topics import Keys
@@ -93,7 +94,8 @@ class SteppedPlayer(Node):
         clock: returns the real time, s.
 
     Attributes:
-        failures: what has failed so far. thinking: the real time that it has taken, s.
+        failures: what has failed so far.
+        thinking: the real time that it has taken, s, without that of the world, which makes readings when it is read.
     """
 
     kind = "player"
@@ -127,6 +129,8 @@ class SteppedPlayer(Node):
         self._around = InlineCode(self._log, stop, lambda: self.mailbox.now)
         self._inline = inline
         self._trim_at = 0.0
+        self._others: list[Mailbox] | None = None
+        """Those whose deferred messages it reads."""
 
     def start(self) -> None:
         """Connect to its robot."""
@@ -145,9 +149,9 @@ class SteppedPlayer(Node):
         """
         if self._out:
             return
-        began = self._clock()
+        began = self._clock() - self._making()
         self._tick(tick)
-        self.thinking += self._clock() - began if tick.time >= self._bank_from else 0.0
+        self.thinking += self._clock() - self._making() - began if tick.time >= self._bank_from else 0.0
         spent = self.thinking > self._bank + max(0.0, tick.time - self._bank_from)
         if self._spent is not None and not self._out and spent:
             took = f"its code has taken {self.thinking:.0f} s of real time"
@@ -158,6 +162,12 @@ class SteppedPlayer(Node):
         if self._log is not None and tick.time >= self._trim_at:
             self._trim_at = tick.time + _TRIM
             self._log.grow(tick.time)
+
+    def _making(self) -> float:
+        """The real time that it has taken to make what others have deferred, s."""
+        if self._others is None and self.mailbox.now > 0.0:  # it is known who they are after the first tick
+            self._others = list({id(own.source): own.source for own in self.mailbox.inlets if own.source}.values())
+        return sum(other.making for other in self._others or ())
 
     def _tick(self, tick: Tick) -> None:
         try:

@@ -139,6 +139,11 @@ class Strategies:
         for strategy in self._opened:
             strategy.close()
 
+    def _serve(self) -> None:
+        """Answer what strategies ask about readings while one of them is waited for."""
+        for strategy in self._opened:
+            strategy.serve()
+
     def _missed(self, name: str) -> Past:
         """What a player has missed when the match was played before."""
         return {line.time: line for line in self.past if isinstance(line, Missed) and line.player == name}
@@ -169,7 +174,7 @@ class Strategies:
             begun = SubprocessStrategy(
                 self.server, setup, name, self.run, sealed=sealed, deadline=None if self.past else self.deadline,
                 machine=HERE if self.strangers else setup.place.get(name, HERE),
-                past=self._missed(name), write=self.write,
+                past=self._missed(name), write=self.write, meanwhile=self._serve,
             )  # fmt: skip
         except (LaunchError, OSError) as error:
             raise ConfigError(str(error)) from None

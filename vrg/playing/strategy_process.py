@@ -10,6 +10,7 @@ import logging
 import os
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from multiprocessing.connection import Connection
@@ -90,11 +91,13 @@ class _Pipe:
 
     def __init__(self, reader: int, writer: int) -> None:
         self._reader, self._writer = Connection(reader, writable=False), Connection(writer, readable=False)
+        self._sending = threading.Lock()
         self.receive = self._reader.recv_bytes
 
     def send(self, answer: Answer) -> None:
-        """Send an answer."""
-        self._writer.send_bytes(msgspec.msgpack.encode(answer))
+        """Send an answer, or a question of any thread."""
+        with self._sending:
+            self._writer.send_bytes(msgspec.msgpack.encode(answer))
 
 
 def main(_arguments: Sequence[str] = ()) -> int:

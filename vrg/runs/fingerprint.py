@@ -19,6 +19,7 @@ import msgspec
 from msgspec import Struct
 
 from vrg import __version__
+from vrg.bus.codec import DIGESTS
 from vrg.errors import FileError, LaunchError
 from vrg.files import decoded, read_bytes, write_whole
 from vrg.packages import PACKAGES, release_of
@@ -48,7 +49,7 @@ class Fingerprint(Struct, frozen=True, kw_only=True):
     Args:
         releases: the releases of `vrg`, `python`, `numpy`, and of the engine's package if it has one, by their names.
         engine: the name of the engine.
-        portable: `vrg.portable.scalars.VERSION`.
+        portable: `vrg.portable.scalars.VERSION`. digests: `vrg.bus.codec.DIGESTS`.
         libc: the C library and its version, such as `glibc 2.36`; empty if they are not known.
         machine: the kind of processor, such as `x86_64`.
         features: those of FEATURES that the processor has, sorted; empty where the system does not tell.
@@ -64,6 +65,7 @@ class Fingerprint(Struct, frozen=True, kw_only=True):
     features: list[str]
     settings: dict[str, str]
     system: str
+    digests: int = 1
 
 
 def fingerprint(engine: str) -> Fingerprint:
@@ -88,6 +90,7 @@ def fingerprint(engine: str) -> Fingerprint:
         features=_features(),
         settings={name: value for name in SETTINGS if (value := os.environ.get(name))},
         system=platform.system(),
+        digests=DIGESTS,
     )
 
 
@@ -143,6 +146,7 @@ def _facts(one: Fingerprint, common: set[str]) -> dict[str, str]:
         **{f"releases of {_NAMES.get(name, name)}": release for name, release in one.releases.items()},
         "engines": one.engine,
         "versions of the portable arithmetic": str(one.portable),
+        "versions of the digests of steps": str(one.digests),
         "C libraries": one.libc,
         "machines": one.machine,
         "features of the processor": " ".join(name for name in one.features if name not in common),

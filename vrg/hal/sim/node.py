@@ -157,8 +157,16 @@ class WorldNode(Node):
 
 
 def _in_order(frame: Frame) -> list[SensorMessage]:
-    """The readings in the order of their sensors."""
+    """The readings in the order of their sensors.
+
+    Raises:
+        WorldError: the simulation gives none for one that is due.
+    """
     made = {(robot, name): reading for robot, name, reading in frame.make()}
+    if lacks := [
+        f"{message.kind} {name} of {robot}" for robot, name, message in frame.sensors if (robot, name) not in made
+    ]:
+        raise WorldError(f"sense: expected a reading of each sensor that is due, got none of {', '.join(lacks)}")
     return [made[robot, name] for robot, name, _ in frame.sensors]
 
 

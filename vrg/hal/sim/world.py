@@ -225,7 +225,7 @@ class World:
             if command != before:
                 self._engine.command(name, command)
         held = [robot.holds_until for robot in self._virtual.values()]
-        self._settled_until, self._decided = min(self._permission.holds_until, *held, math.inf), True
+        self._settled_until, self._decided = min(self._permission.holds_until(now), *held), True
 
     def reseed(self, seed: int) -> None:
         """Let all noise depend on another seed from now on."""
@@ -311,5 +311,6 @@ class World:
     def _find_empty(self) -> None:
         charges = self._batteries.charge.tolist()
         for robot in self._virtual.values():
-            robot.empty = charges[robot.row] <= 0.0
-        self._settled_until = -math.inf
+            empty = charges[robot.row] <= 0.0
+            if empty != robot.empty:  # what it says of itself changes now, and what it does at the next tick
+                robot.empty, self._settled_until, self._decided = empty, -math.inf, True

@@ -138,10 +138,15 @@ class SensorSimulation(Generic[P]):
 
     Attributes:
         deferrable: True if what `sense` returns depends on the instant and the seed alone, and has a reading for each
-            sensor that is due. It is then called when somebody wants a reading of that instant, if ever.
+            sensor that is due. It is then called when somebody wants a reading of that instant, if ever. A subclass
+            says it again: what it adds may depend on more.
     """
 
     deferrable: ClassVar[bool] = False
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        cls.deferrable = bool(vars(cls).get("deferrable", False))
 
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[P]], now: Instant) -> None:
         self.surroundings = surroundings
