@@ -80,7 +80,8 @@ def _physics() -> Finding:
 
 
 def _kernel() -> Finding:
-    return Finding("kernel", None, "compiled" if kernel else "not compiled, which costs time: see docs/install.md")
+    slower = "not compiled, so matches take more time for the same results: see docs/install.md"
+    return Finding("kernel", None, "that of the simulation is compiled" if kernel else slower)
 
 
 def _display() -> Finding:
