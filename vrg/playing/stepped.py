@@ -25,6 +25,7 @@ from vrg.launch.process_log import ProcessLog
 from vrg.launch.sandbox.bounds import BoundedOutput
 from vrg.launch.strikes import Strikes
 from vrg.launch.vacancies import disqualification
+from vrg.portable.scalars import total
 from vrg.system import in_main_thread
 
 log = logging.getLogger(__name__)
@@ -167,7 +168,7 @@ class SteppedPlayer(Node):
         """The real time that it has taken to make what others have deferred, s."""
         if self._others is None and self.mailbox.now > 0.0:  # it is known who they are after the first tick
             self._others = list({id(own.source): own.source for own in self.mailbox.inlets if own.source}.values())
-        return sum(other.making for other in self._others or ())
+        return total(other.making for other in self._others or ())
 
     def _tick(self, tick: Tick) -> None:
         try:

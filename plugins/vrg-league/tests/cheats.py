@@ -60,13 +60,12 @@ def zones(view):
 
 def book_zones(view):
     for book in every("SharksAndMinnows"):
-        for zone in book._ends.values():
-            force(zone, **EVERYWHERE)
+        book._setting.zones[:] = [tuple(EVERYWHERE.values())] * 2
 
 
 def reach(view):
     for book in every("SharksAndMinnows"):
-        object.__setattr__(book.settings, "tag_distance", -9.0)
+        book._setting.tag_distance = -9.0
 
 
 def sizes(view):

@@ -60,7 +60,7 @@ def test_without_a_seal_an_honest_game_is_valid(match: Path) -> None:
 @pytest.mark.parametrize(
     ("cheat", "words"),
     [
-        ("Zones", "pass 1 of 1 is over, 2 minnows left: by the rules there is no such call"),
+        ("Book_Zones", "pass 1 of 1 is over, 2 minnows left: by the rules there is no such call"),
         ("Stops", "nobody may halt it: emergency stop by x"),
         pytest.param("Points", "points is {'sharks': 0, 'minnows': 99} in the journal", marks=pytest.mark.thorough),
         pytest.param("Winner", "its journal or its evidence ends early", marks=pytest.mark.thorough),
@@ -76,5 +76,5 @@ def test_without_a_seal_who_changes_the_referee_is_named_and_loses(match: Path, 
 
 
 def test_where_the_code_of_both_could_have_changed_the_referee_nobody_wins(match: Path) -> None:
-    found = game(match, "Zones", sealed=False)
+    found = game(match, "Book_Zones", sealed=False)
     assert (found.ended, found.winner) == (INVALID, None)

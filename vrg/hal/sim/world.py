@@ -225,7 +225,7 @@ class World:
             if command != before:
                 self._engine.command(name, command)
         held = [robot.holds_until for robot in self._virtual.values()]
-        self._settled_until, self._decided = min(self._permission.holds_until(now), *held), True
+        self._settled_until, self._decided = min([self._permission.holds_until(now), *held]), True
 
     def reseed(self, seed: int) -> None:
         """Let all noise depend on another seed from now on."""

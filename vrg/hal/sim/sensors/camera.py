@@ -19,8 +19,6 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
     the match file asks, otherwise with the first picture, which then comes late.
     """
 
-    deferrable = True
-
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[CameraSpec]], now: Instant) -> None:
         super().__init__(surroundings, mounted, now)
         self._renderer: Renderer | None = None
@@ -31,10 +29,6 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
             self._plan.append((every, zlib.crc32(m.robot.encode()) % every, m))
         if any(m.robot in now.cameras for m in mounted):
             self._load()
-
-    def may_be_due(self, tick: int) -> bool:
-        """True: cameras take turns."""
-        return True
 
     def due(self, now: Instant) -> list[Mounted[CameraSpec]]:
         """The requested cameras, whose picture is due at this tick and does not drop out."""
