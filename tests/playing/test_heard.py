@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+import vrg
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.config.setup import MatchSetup
@@ -152,3 +153,12 @@ def test_a_match_is_the_same_whoever_hears_it(rates: str, tmp_path: Path) -> Non
     assert quiet == watched
     assert quiet == strict
     assert quiet == apart
+
+
+def test_a_match_that_a_program_plays_draws_no_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_table(*_: object, **__: object) -> None:
+        raise AssertionError("nobody looks at it")
+
+    monkeypatch.setattr("vrg.playing.in_steps.TerminalTable", no_table)
+    matches.written(tmp_path, TINY)
+    assert vrg.play(tmp_path / "match.toml", record=False, runs=tmp_path).result["ended"] == "game over"

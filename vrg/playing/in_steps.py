@@ -41,7 +41,9 @@ def play(
     setup = launch.setup
     resumable = launch.window and launch.paced
     means = Help.KEYS if resumable else Help.NONE  # no command reaches a match in one process
-    watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=launch.console, means=means)]
+    watchers: list[Node] = []
+    if not launch.console.quiet:
+        watchers.append(TerminalTable("terminal", Mailbox(), setup.keys, console=launch.console, means=means))
     if launch.record:
         watchers.append(recorder_node(setup, folder))
     pace = _pace(stop, setup.rate)
