@@ -55,6 +55,8 @@ LOADING_TIME = 20.0
 """The processor time in s that a strategy may take to be imported and made."""
 _LOOK = 0.2
 """The real time in s between two looks at a strategy that is being made."""
+_WHERE = 50
+"""The looks, one in 10 ms, for the line at which a strategy is that has not answered."""
 _SERVE = 0.005
 """The real time in s for which others wait for an answer to their questions while one is waited for."""
 _SELDOM = 5
@@ -328,6 +330,13 @@ class SubprocessStrategy(SteppedStrategy):
             self._asked_where, self._dumped = self._now(), self._log.size
             self._process.send_signal(signal.SIGUSR1)
 
+    def _await_where(self) -> None:
+        """Give it a moment to write at which line it is: a match may be over just after it was asked."""
+        for _ in range(_WHERE):
+            if self._log.size > self._dumped or self._process.wait(0.0):
+                break
+            time.sleep(0.01)
+
     def _forfeited(self) -> None:
         """Count a forfeited decision, and report it now and then."""
         self.forfeited += 1
@@ -431,6 +440,8 @@ class SubprocessStrategy(SteppedStrategy):
         """End its process. Idempotent."""
         if not self._over.is_set():
             self._over.set()
+            if self._late and not self._elsewhere and POSIX:
+                self._await_where()
             self._channel.close()
             if self._in_player and not self._late:
                 self._process.wait(_LEAVE)  # it may have something to do at its end
