@@ -298,7 +298,7 @@ BUDGETS = {
     "testing": 3_155,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_480,  # with words and sketches that are rounded, and beams that are computed once
     "recording": 1_155,  # with what a file of MCAP cannot hold
-    "playing": 2_165,  # with matches over processes, and readings that a strategy elsewhere asks for
+    "playing": 2_180,  # with matches over processes, and readings that a strategy elsewhere asks for
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 675,  # with where plug-ins lie, and signals
     "navigation": 455,
