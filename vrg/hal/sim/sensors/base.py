@@ -178,14 +178,10 @@ class SensorSimulation(Generic[P]):
     def recall(self, robot: str, remembered: Any) -> None:
         """Go on from what `remember` returned."""
 
-    def may_be_due(self, tick: int) -> bool:
-        """False if no reading is due at a tick."""
-        return tick % self._beat == 0
-
     def due(self, now: Instant) -> list[Mounted[P]]:
         """The sensors whose reading is due at this tick and does not drop out."""
         tick = now.tick
-        if not self.may_be_due(tick):
+        if tick % self._beat:
             return []
         return [m for every, m in self._schedule if tick % every == 0 and self._comes(m, now)]
 

@@ -77,7 +77,7 @@ class SensorSuite:
                 if readings := simulation.sense(now):
                     sensors = [(robot, name, type(reading)) for robot, name, reading in readings]
                     frames.append(Frame(sensors, lambda readings=readings: readings))  # type: ignore[misc]
-            elif simulation.may_be_due(now.tick) and (due := simulation.due(now)):
+            elif due := simulation.due(now):
                 kept = kept or now.kept()
                 make = partial(_made, simulation, kept, self._surroundings, self._surroundings.seed)
                 frames.append(Frame([(m.robot, m.spec.name, m.spec.message) for m in due], make))
