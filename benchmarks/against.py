@@ -28,6 +28,12 @@ class Reader(SharksAndMinnowsPlayer):
 """A player of Sharks and Minnows that reads its laser whenever it decides."""
 
 
+def write_reader(folder: Path) -> str:
+    """Write the player that reads its laser into a folder, and return its target as in a match file there."""
+    (folder / "reader.py").write_text(READER, encoding="utf-8")
+    return "reader.py:Reader"
+
+
 @dataclass
 class Whole:
     """A kind of match that both versions play.
@@ -67,7 +73,7 @@ def cases(folder: Path, robots: Sequence[int], engines: Sequence[str]) -> list[W
     Args:
         folder: for match files. robots: how many there are in each yard.
     """
-    (folder / "reader.py").write_text(READER, encoding="utf-8")
+    write_reader(folder)
     found = [Whole(game, game, engine, "as in its file") for engine in engines
              for game in ("sharks-and-minnows", "pursuit-evasion", "roboflag")]  # fmt: skip
     for count in robots:

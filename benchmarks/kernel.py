@@ -1,7 +1,7 @@
 """How many times as fast whole matches are with the compiled kernel as without it.
 
 Each case of speed.py is played with the kernel and without it, in turns, on the same seeds, by processor time. Each
-player can read its laser whenever it decides (against.READER), as else nobody computes what lasers would show.
+player can read its laser whenever it decides (against.write_reader), as else nobody computes what lasers would show.
 """
 
 import logging
@@ -38,8 +38,8 @@ def cost(engine: str, robots: int, lasers: bool, seed: int) -> float:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_match(folder, robots, engine=engine, lasers=lasers)
-        (folder / "reader.py").write_text(against.READER, encoding="utf-8")
-        players = dict.fromkeys(("sharks", "minnows"), f"{folder}/reader.py:Reader") if lasers else {}
+        reader = against.write_reader(folder)
+        players = dict.fromkeys(("sharks", "minnows"), f"{folder}/{reader}") if lasers else {}
         watch = Stopwatch()
         vrg.play(folder / "match.toml", players, seed=seed, record=False, sandbox=False, runs=folder)
         return watch.read().cpu

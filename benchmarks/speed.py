@@ -76,8 +76,8 @@ def _match(case: Case, seed: int) -> Iterator[tuple[MatchSetup, Journal]]:
     with tempfile.TemporaryDirectory() as name:
         setup = write_match(Path(name), case.robots, engine=case.engine, lasers=case.lasers, seed=seed)
         if case.lasers:  # nobody computes what nobody reads
-            (Path(name) / "reader.py").write_text(against.READER, encoding="utf-8")
-            readers = [structs.replace(player, strategy="reader.py:Reader") for player in setup.players]
+            reader = against.write_reader(Path(name))
+            readers = [structs.replace(player, strategy=reader) for player in setup.players]
             setup = structs.replace(setup, players=readers)
         with open_journal(setup, RunFolder(Path(name))) as journal:
             yield setup, journal
