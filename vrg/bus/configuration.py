@@ -129,7 +129,9 @@ def _settings(mode: str, ends: dict[str, Any], credentials: Credentials | None) 
         link["protocols"] = ["tls"]
     return {
         "mode": mode,
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        # A router waits for the delay before it opens, also where it looks for nobody: see
+        # findings/zenoh-router-waits-to-scout.sh.
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 0},
         "transport": {"link": link},
         **ends,
     }
