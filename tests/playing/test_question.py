@@ -174,3 +174,5 @@ def test_readings_are_made_when_they_are_looked_at_and_stay_what_they_were() -> 
     assert places == made == [0.0, 0.1, 0.2, 0.3]
     assert [type(one) for one in pickle.loads(pickle.dumps(readings[3].samples))] == [Sample]
     assert (readings[3].samples[0], len(readings[3].samples)) == (readings[3].latest(Ins), 1)
+    with pytest.raises(TypeError, match="expected the class of a sensor's message, such as Laser, got 'ins'"):
+        readings[3].latest("ins")  # type: ignore[arg-type, type-var]

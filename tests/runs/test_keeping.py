@@ -127,6 +127,10 @@ def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -
     done = invoke("run", "result", str(run))
     assert "Broken off: `vrg play` ended before the match" in done.output
 
+    (run / "result.json").write_text(json.dumps({**whole, "ended": "interrupted"}))
+    assert "Interrupted" in invoke("run", "result", str(run)).output
+    assert json.loads((run / "result.json").read_text())["ended"] == "interrupted", "the journal does not tell why"
+
 
 def test_a_match_is_played_without_matplotlib_and_says_what_a_plot_needs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

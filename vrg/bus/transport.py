@@ -7,6 +7,7 @@ same nodes run over any transport: `vrg.bus.lockstep` runs all of them in the me
 
 import hashlib
 from collections.abc import Callable, Sequence
+from operator import methodcaller
 from typing import Protocol
 
 from vrg.blame import DecisionTimeoutError, DeferredError
@@ -62,15 +63,7 @@ def begin_turn(nodes: Sequence[Node], tick: Tick) -> None:
     """
     for node in nodes:
         node.mailbox.handover(tick.time)
-    try:
-        for node in nodes:
-            node.begin(tick)
-    except DeferredError as late:
-        late.error.add_note(_raised_by(node, tick, late.sender))
-        raise late.error from None
-    except (Exception, DecisionTimeoutError) as error:
-        error.add_note(_raised_by(node, tick))
-        raise
+    _each(nodes, tick, methodcaller("begin", tick))
 
 
 def end_turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
@@ -79,17 +72,22 @@ def end_turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
     Raises:
         Exception: whatever a node raises, with a note that names the node.
     """
+    _each(nodes, tick, methodcaller("tick", tick))
+    for node in nodes:
+        transport.send(node.mailbox.collect())
+
+
+def _each(nodes: Sequence[Node], tick: Tick, act: Callable[[Node], None]) -> None:
+    """Let each node act. An exception gets a note that names the node, and who has deferred what it has read."""
     try:
         for node in nodes:
-            node.tick(tick)
+            act(node)
     except DeferredError as late:
         late.error.add_note(_raised_by(node, tick, late.sender))
         raise late.error from None
     except (Exception, DecisionTimeoutError) as error:
         error.add_note(_raised_by(node, tick))
         raise
-    for node in nodes:
-        transport.send(node.mailbox.collect())
 
 
 def _raised_by(node: Node, tick: Tick, sender: str = "") -> str:

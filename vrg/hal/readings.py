@@ -166,7 +166,12 @@ class Readings(Struct, frozen=True, gc=False):
 
         Returns:
             the sample, or None if the robot has no such sensor or the sensor has not reported yet.
+
+        Raises:
+            TypeError: `kind` is no class.
         """
+        if not isinstance(kind, type):
+            raise TypeError(f"readings.latest: expected the class of a sensor's message, such as Laser, got {kind!r}")
         if isinstance(self.samples, LazySamples):
             return self.samples.of(kind, name)
         for sample in self.samples:
