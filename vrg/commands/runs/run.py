@@ -99,14 +99,10 @@ def result(run: RunArgument = None) -> None:
     over = state.stage is Stage.GAME_OVER
     ended = results.ended_of(state) if over else "broken off: `vrg play` ended before the match, or did not start it"
     with suppress(OSError, ValueError, KeyError):
-        if not over:
-            told = str(results.read_result(folder)["ended"])
-            if told == "game over":
-                raise LaunchError(
-                    f"{folder.result} records the end of the match, which {folder.journal.name} has lost: it is kept. "
-                    "To make a result from what is left, remove it first"
-                )
-            ended = told  # the journal does not tell why the match was broken off
+        ended = ended if over else str(results.read_result(folder)["ended"])  # the journal does not tell why
+    if not over and ended == "game over":
+        what = f"{folder.result} records the end of the match, which {folder.journal.name} has lost: it is kept"
+        raise LaunchError(f"{what}. To make a result from what is left, remove it first")
     found = results.result_of(setup, folder, state, ended)
     try:
         write_json(folder.result, found)
