@@ -8,7 +8,7 @@ from msgspec import Struct, structs
 
 from vrg.agents.radio import TeamMessage
 from vrg.blame import DecisionTimeoutError, DeferredError, failure_of, place_of_method
-from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
+from vrg.bus.messages import FieldObject, PlayerStatus, RefereeState, Sighting, Stroke
 from vrg.errors import StrategyError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
@@ -81,6 +81,15 @@ class View(Struct, frozen=True, gc=False):
     def others(self) -> list[PlayerStatus]:
         """Every other player whose pose is known."""
         return [p for p in self.referee.players if p.name != self.me.name and p.pose is not None]
+
+    @property
+    def things(self) -> Sequence[FieldObject]:
+        """The things of the game that are no robots, such as flags and balls: what, where and how fast each is."""
+        return self.referee.objects
+
+    def thing(self, kind: str) -> FieldObject | None:
+        """The first thing of a kind, such as `ball`; None if there is none."""
+        return next((thing for thing in self.things if thing.kind == kind), None)
 
     def zone(self, kind: str) -> Region | None:
         """The region of the first zone of a kind, such as `field` or `safe`; None if there is no such zone."""

@@ -92,6 +92,17 @@ def machines_of(file: MatchFile, companions: Mapping[str, str]) -> tuple[dict[st
     return machines, place
 
 
+def body_problems(file: MatchFile) -> list[Problem]:
+    """The passive bodies that have no form, or more than one."""
+    found = []
+    for number, body in enumerate(file.bodies):
+        given = [name for name in ("radius", "size", "corners") if getattr(body, name) is not None]
+        if len(given) != 1:
+            text = f"expected one of radius, size and corners, got {' and '.join(given) or 'none'}"
+            found.append(Problem(f"{body.name}: {text}", ("bodies", number)))
+    return found
+
+
 def localisation_problems(file: MatchFile, base: FilePath) -> list[Problem]:
     """The problems with the sources of fixes, and with the players that need them.
 

@@ -8,13 +8,16 @@ from typing import Annotated, Any, Literal, get_type_hints
 from msgspec import Struct, field, structs
 
 from vrg.games import GAMES
+from vrg.geometry import compose
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
+from vrg.hal.sim.config import BodySetup
 from vrg.hosts import check_host
 from vrg.kinds import BY_PROCESS, COORDINATOR, RECORDER, ROUTER, SPECTATOR, WORLD
 from vrg.names import NAME_RULE, is_name, normal
 from vrg.radio_settings import LinkSettings, RadioSettings
-from vrg.types import Pose
+from vrg.regions import Polygon
+from vrg.types import Pose, Vector
 
 HERE = "here"
 """The name of the machine where the match is launched."""
@@ -94,6 +97,11 @@ def _default_engine() -> str:
     return default_engine()
 
 
+def _convex(value: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    Polygon(value)  # raises a ValueError
+    return value
+
+
 def _word(pattern: str, expected: str) -> Constraint:
     """The rule of a text that becomes a word of a command line."""
 
@@ -109,6 +117,8 @@ _Name = Annotated[str, Constraint(_name)]
 _Share = Annotated[float, Constraint(ge=0, le=1)]
 _Delay = Annotated[float, Constraint(ge=0, le=60)]
 _Distance = Annotated[float, Constraint(gt=0, le=1e5)]
+_Size = Annotated[float, Constraint(ge=0.001, le=100)]
+_Coordinate = Annotated[float, Constraint(ge=-100, le=100)]
 
 
 class PlayerEntry(FileTable, frozen=True, kw_only=True):
@@ -150,6 +160,53 @@ class PlayerEntry(FileTable, frozen=True, kw_only=True):
     def pose(self) -> Pose:
         """The player's pose at the start, in m and rad."""
         return Pose(self.x, self.y, math.radians(self.heading))
+
+
+class BodyEntry(FileTable, frozen=True, kw_only=True):
+    """One [[bodies]] table of a match file: a passive body, such as a ball. It has a radius, a size or corners.
+
+    Args:
+        name: its name. kind: what it is, such as `ball`; the game knows by it what to do with it.
+        x, y: its place at the start, m. heading: its heading there, degrees counter-clockwise from +x.
+        radius: of a disc, which rolls, m. size: the length and width of a box, which slides, m.
+        corners: of a convex outline, counter-clockwise, in its own frame, m. It turns about its centre of mass.
+        mass: kg. height: m; a range finder that is higher does not see it.
+        friction: the floor slows it by this times gravity, as it rolls or slides.
+        restitution: the part of its speed with which it bounces, 0 to 1.
+    """
+
+    name: Annotated[str, Constraint(_player_name)]
+    kind: _Name
+    x: Annotated[float, Constraint(ge=-1e5, le=1e5)]
+    y: Annotated[float, Constraint(ge=-1e5, le=1e5)]
+    heading: Annotated[float, Constraint(ge=-1e4, le=1e4)] = 0.0
+    radius: _Size | None = None
+    size: tuple[_Size, _Size] | None = None
+    corners: Annotated[tuple[tuple[_Coordinate, _Coordinate], ...], Constraint(_convex)] | None = None
+    mass: Annotated[float, Constraint(ge=0.001, le=1e4)] = 0.5
+    height: _Size = 0.3
+    friction: Annotated[float, Constraint(ge=0, le=10)] = 0.05
+    restitution: _Share = 0.3
+
+    @property
+    def setup(self) -> BodySetup:
+        """The same for the world."""
+        from vrg.hal.sim.contact import moments, rectangle  # noqa: PLC0415 - most matches have no bodies
+
+        typed = Pose(self.x, self.y, math.radians(self.heading))
+        corners = self.corners or (rectangle(*self.size).corners if self.size else ())
+        x, y = moments(corners)[1] if corners else (0.0, 0.0)
+        return BodySetup(
+            name=self.name,
+            kind=self.kind,
+            pose=compose(typed, Pose(x, y, 0.0)),
+            radius=0.0 if corners else self.radius or 0.0,
+            corners=tuple((u - x, v - y) for u, v in corners),
+            mass=self.mass,
+            height=self.height,
+            friction=self.friction,
+            restitution=self.restitution,
+        )
 
 
 class TeamTable(FileTable, frozen=True, kw_only=True):
@@ -280,7 +337,7 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
         machines: the further machines on which processes of the match run, by names of their own.
         place: the machines of the processes that are no players, by the process' name: `world = "lab2"`. What is
             missing runs `here`, where the match is launched; the companions of a robot run where its player runs.
-        players: the players, at least one.
+        players: the players, at least one. bodies: the passive bodies, such as balls and boxes.
     """
 
     name: _Name
@@ -307,3 +364,4 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     machines: Annotated[dict[str, Machine], Constraint(_machine_names)] = {}
     place: dict[str, str] = {}
     players: Sequence[PlayerEntry]
+    bodies: Sequence[BodyEntry] = ()

@@ -230,6 +230,7 @@ class _Checker:
         self.problems += checks.radio_problems(file.radio, names)
         self.problems += checks.sensor_problems(file.sensors)
         self.problems += checks.localisation_problems(file, self._base)
+        self.problems += checks.body_problems(file)
         self._check_teams(game, file.teams)
         self.problems += checks.machine_problems(file, self._companions_at)
         machines, place = checks.machines_of(file, self._companions_at)

@@ -32,6 +32,7 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
     make: Callable[..., RuleBook[Any]] = game.load_rules()
     book = make(settings, contestants, setup.draw(RULES))
     book.walls = setup.obstacles
+    book.equip([body.setup for body in setup.bodies])
     if setup.physical:
         book.no_room = _no_room(setup)
     return book

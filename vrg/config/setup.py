@@ -239,6 +239,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
             lasers=self.lasers,
             noise=self.noise,
             robots=tuple(robots),
+            bodies=tuple(body.setup for body in self.bodies),
         )
 
     def player(self, name: str) -> PlayerSetup:

@@ -89,6 +89,8 @@ class Match:
         self.game = book.initial()
         self._before: Observation | None = None
         self._place_at = book.lineup_limit
+        self._spotted = False
+        """True if passive bodies were put where they are before this round."""
         self._ground: tuple[Any, tuple[Zone, ...]] | None = None
         """A state of the game, and the zones in it."""
         self._plain: tuple[Any, dict[str, Any]] | None = None
@@ -149,6 +151,7 @@ class Match:
         self._reasons = [] if standing.halted is None else [standing.halted]
         self._before = before if self.stage is Stage.PLAY_ROUND and not self._reasons else None
         self._place_at = self._place_at if place_at is None else place_at
+        self._spotted = False
 
     def _take_up(self, standing: Checkpoint) -> None:
         self.stage, self.winner = standing.stage, standing.winner
@@ -207,7 +210,7 @@ class Match:
             players=players,
             zones=self._ground[1],
             auctions=tuple(self.game.auctions[lot] for lot in sorted(self.game.auctions)),
-            objects=tuple(self.game.objects),
+            objects=tuple(self._book.objects(self.game, now)),
             numbers={**self.game.numbers, **({} if limit is None else {TIME_LIMIT: limit})},
             winner=self.winner,
             ended=self._ended,
@@ -331,6 +334,7 @@ class Match:
         self._before = None
         self._pushed = {}
         self._place_at = self._book.lineup_limit
+        self._spotted = False
         return stage
 
     def _initialize(self, now: Observation, absent: Sequence[str]) -> Effects:
@@ -343,6 +347,8 @@ class Match:
             limit = f" of at most {self._place_at:.0f} s" if late and not absent else ""
             self.waiting[0] = f"the line-up ({self.in_stage:.0f} s{limit}): {self.waiting[0]}"
         self.waiting = [*absent, *self.waiting]
+        if not self.waiting and (spots := self._to_spots(now)):
+            return Effects(place=spots)
         if not self.waiting:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
@@ -364,6 +370,12 @@ class Match:
                 f"carry each there, and let an official confirm its place"
             )
         return Effects([Call(rule="placed" if virtual else "late", text="; ".join(texts))], place=virtual)
+
+    def _to_spots(self, now: Observation) -> dict[str, Pose]:
+        """Where passive bodies are put before the round. That is asked for once: a robot may stand there."""
+        wanted = {} if self._spotted else self._book.spots(self.game)
+        self._spotted = True
+        return {name: spot for name, spot in wanted.items() if name in now.things and now.things[name].pose != spot}
 
     def _play(self, dt: float, now: Observation) -> Effects:
         self.clock += dt

@@ -12,10 +12,11 @@ from typing import Generic, Self, TypeVar
 from msgspec import Struct, structs
 
 from vrg.bus import messages
-from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Zone
+from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Thing, Zone
 from vrg.errors import ConfigError
 from vrg.geometry import circumradius
 from vrg.hal.sensors.spec import Sweep
+from vrg.hal.sim.config import BodySetup
 from vrg.regions import Region
 from vrg.registry import expected_one_of
 from vrg.types import Pose, Uncertainty
@@ -130,6 +131,7 @@ class Observation:
         uncertainty: how well the poses of those players are known for which that is known.
         offers: the bids since the tick before, in order.
         sightings: the sightings with the players that reported them, since the tick before, in order.
+        things: the passive bodies, by name.
     """
 
     poses: Mapping[str, Pose]
@@ -140,6 +142,7 @@ class Observation:
     offers: Sequence[Offer] = ()
     sightings: Sequence[tuple[str, Sighting]] = ()
     uncertainty: Mapping[str, Uncertainty] = field(default_factory=dict)
+    things: Mapping[str, Thing] = field(default_factory=dict)
 
 
 Call = messages.Call
@@ -159,7 +162,8 @@ class Verdict(Generic[S]):
         state: the new state. calls: the calls, in order.
         round_over: True if the round has ended.
         winner: the winner if the game has ended; only `next_round` may set it. why: why it has ended, in words.
-        place: where virtual robots are put at once, by player, such as one that is out of play and stands in the way.
+        place: where virtual robots and passive bodies are put at once, by name, such as a robot that is out of play and
+            stands in the way, or a ball that is out.
     """
 
     state: S
@@ -190,6 +194,7 @@ class RuleBook(Generic[S]):
         contestants: the players, by name.
         no_room: returns the reason why no physical robot of a player can stand at a pose, or None if one can.
         walls: the ground that the map's walls and obstacles cover, m.
+        bodies: the passive bodies of the match, by name.
     """
 
     name: str
@@ -202,6 +207,15 @@ class RuleBook(Generic[S]):
         self.contestants = {contestant.name: contestant for contestant in contestants}
         self.no_room: Callable[[str, Pose], str | None] = lambda _name, _pose: None
         self.walls: Sequence[Region] = ()
+        self.bodies: Mapping[str, BodySetup] = {}
+
+    def equip(self, bodies: Sequence[BodySetup]) -> None:
+        """Take in the passive bodies of the match. A game that needs some overrides this.
+
+        Raises:
+            ConfigError: they are not those that the game needs.
+        """
+        self.bodies = {body.name: body for body in bodies}
 
     def initial(self) -> S:
         """The state before the first round."""
@@ -278,6 +292,14 @@ class RuleBook(Generic[S]):
         """The marked parts of the field."""
         return []
 
+    def spots(self, state: S) -> Mapping[str, Pose]:
+        """The poses at which passive bodies are before this round: their starts. They are put there."""
+        return {name: body.pose for name, body in self.bodies.items()}
+
+    def objects(self, state: S, now: Observation) -> list[FieldObject]:
+        """The things that everybody may see: by default those of the state, and all passive bodies."""
+        return [*state.objects, *(thing_of(self.bodies[name], thing) for name, thing in now.things.items())]
+
     def score(self, state: S) -> dict[str, int]:
         """The points of each team."""
         teams = dict.fromkeys((self.team_of(name) for name in self.contestants), 0)
@@ -327,6 +349,22 @@ class RuleBook(Generic[S]):
             ConfigError: it cannot be in that state now.
         """
         return state.with_state([name], value)
+
+
+def thing_of(body: BodySetup, thing: Thing) -> FieldObject:
+    """A passive body as the referee publishes it."""
+    pose = thing.pose
+    return FieldObject(
+        name=body.name,
+        kind=body.kind,
+        x=pose.x,
+        y=pose.y,
+        heading=pose.theta,
+        vx=thing.vx,
+        vy=thing.vy,
+        radius=body.radius,
+        corners=body.corners,
+    )
 
 
 def away(pose: Pose, mark: Pose) -> float:

@@ -51,6 +51,18 @@ class Role:
 
 
 @dataclass(frozen=True)
+class ThingStyle:
+    """The look of things of a kind that belong to no team.
+
+    Args:
+        colour: theirs. height: how high they stand in three dimensions, m.
+    """
+
+    colour: Rgb
+    height: float = 0.3
+
+
+@dataclass(frozen=True)
 class Style:
     """The colour and the sign by which a player is drawn."""
 
@@ -142,6 +154,7 @@ class Game:
         priorities: what a person who commands a team can order, at most four: one for each face button of a gamepad.
         competitive: False if there is no winner, so that its end is only announced as the end.
         rule_texts: the rules as people read them, by the names of their calls.
+        things: the look of things that are no robots, by kind, such as a ball.
         plans: True if windows show from the start what players sketch, because it tells what they know of the field.
         window: the kind (`vrg.kinds`) of the window that `vrg play` opens; one of a player or a team is of the first.
         about: what happens in the game, in a sentence for a person who chooses one.
@@ -167,6 +180,7 @@ class Game:
     competitive: bool = True
     rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
     prover: str = ""
+    things: Mapping[str, ThingStyle] = field(default_factory=dict)
     plans: bool = False
     window: str = "spectator"
     about: str = ""
@@ -220,6 +234,11 @@ class Game:
         """The style of a team: that of its first role, also when its players have changed roles."""
         first = next((role.name for role in self.roles if role.team == team), team)
         return self.style(first)
+
+    def thing_style(self, kind: str, team: str = "") -> ThingStyle:
+        """The style of a thing: its team's colour, or that of its kind."""
+        style = self.things.get(kind, ThingStyle(YELLOW))
+        return ThingStyle(self.team_style(team).colour, style.height) if team else style
 
     def counted(self, team: str, points: int = 0) -> str:
         """The words for what this many points of a team count, without their number; empty if there are none."""

@@ -11,7 +11,7 @@ from typing import Final
 from vrg.bus.messages import LARGE_ZONES, Zone
 from vrg.colours import DARK, Rgb, Theme, mix
 from vrg.figures import Figure, Label, Shape, Writing, line, pixels, room, rounded, to_millimetres, within
-from vrg.games.game import Game, Marker, Style
+from vrg.games.game import Game, Marker, Style, ThingStyle
 from vrg.regions import Circle, Region
 from vrg.types import Pose, Vector
 
@@ -197,14 +197,32 @@ def mark(name: str, at: Pose, colour: Rgb) -> Figure:
     return Figure(f"mark {name}", shapes, at, 2 * SMALLEST)
 
 
-def thing(name: str, at: Vector, colour: Rgb, theme: Theme = DARK) -> Figure:
-    """A thing of the game: a flag in the colour of its team, with a light rim so that it is seen upon anything."""
+def thing(
+    name: str,
+    at: Pose,
+    style: ThingStyle,
+    theme: Theme = DARK,
+    *,
+    radius: float = 0.0,
+    corners: Sequence[Vector] = (),
+) -> Figure:
+    """A thing of the game with a light rim, so that it is seen upon anything: its form, or a flag if it has none.
+
+    Args:
+        radius: of a disc, m. corners: of an outline about its place, m.
+    """
+    colour = style.colour
+    if radius or corners:
+        points = ((0.0, 0.0),) if radius else to_millimetres(corners)
+        body = Shape(points, colour, theme.border, 1.5, radius=round(radius, 3), height=style.height)
+        across = 2 * (radius or max(math.hypot(x, y) for x, y in corners))
+        return Figure(f"object {name}", (body,), at, SMALLEST / 2 / across)
     shapes = (
         Shape(((0.0, 0.0), (0.0, 0.5)), line=theme.border, width=2.5, closed=False, still=True),
         Shape(((0.0, 0.5), (0.375, 0.375), (0.0, 0.25)), colour, theme.border, still=True),
         Shape(((0.0, 0.0),), theme.border, radius=0.05, still=True),
     )
-    return Figure(f"object {name}", shapes, Pose(*at, 0.0), 2 * SMALLEST, clear=0.5)
+    return Figure(f"object {name}", shapes, Pose(at.x, at.y, 0.0), 2 * SMALLEST, clear=0.5)
 
 
 def stroke(name: str, points: tuple[Vector, ...], label: str, colour: Rgb) -> list[Figure]:

@@ -271,8 +271,9 @@ class Recorder(Node):
             entities.append(robot_entity(body.name, pose, model, colour, state or role, at, physical=body.physical))
         for thing in self._objects:
             carried = self._where.get(thing.carrier or "")
-            place = (thing.x, thing.y) if carried is None else (carried.x, carried.y)
-            drawn = look.thing(thing.name, place, self._game.team_style(thing.team or "").colour)
+            place = Pose(thing.x, thing.y, thing.heading) if carried is None else carried
+            style = self._game.thing_style(thing.kind, thing.team or "")
+            drawn = look.thing(thing.name, place, style, radius=thing.radius, corners=thing.corners)
             entities.append(entity(drawn.name, [drawn], at))
         self._show("scene", fg.SceneUpdate([], entities), received)
 

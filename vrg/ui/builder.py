@@ -190,6 +190,9 @@ class SceneBuilder:
                 thing.team or "",
                 places.get(thing.carrier or "", (thing.x, thing.y)),
                 thing.carrier or "",
+                thing.heading,
+                thing.radius,
+                thing.corners,
             )
             for thing in state.objects
         )

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from typing import Final
 
 from vrg.bus.messages import Stage
+from vrg.colours import DARK, Theme
 from vrg.figures import Figure, Label, Shape, to_millimetres
 from vrg.games import game_of, look
+from vrg.games.game import Game
 from vrg.geometry import ellipse
 from vrg.types import Pose
 from vrg.ui import palette
-from vrg.ui.scene import Scene, SceneBody
+from vrg.ui.scene import Scene, SceneBody, SceneObject
 
 MOST_LABELS: Final = 24
 """The most words beside strokes: to find places for more of them takes long, and nobody reads them."""
@@ -42,8 +44,15 @@ def moving(
         found.append(robot(scene, body, short[body.name], driving))
         if body.name == driving:
             found.append(look.around(body.name, body.pose, (body.length, body.width)))
-    found += [look.thing(o.name, o.at, game.team_style(o.team).colour) for o in scene.objects]
+    found += [thing(game, o) for o in scene.objects]
     return [*found, *flashes(scene), *above]
+
+
+def thing(game: Game, thing: SceneObject, theme: Theme = DARK) -> Figure:
+    """A thing of the game where it is."""
+    style = game.thing_style(thing.kind, thing.team)
+    at = Pose(*thing.at, thing.heading)
+    return look.thing(thing.name, at, style, theme, radius=thing.radius, corners=thing.corners)
 
 
 def marks(scene: Scene) -> list[Figure]:

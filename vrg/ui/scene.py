@@ -91,6 +91,7 @@ class SceneObject:
 
     Args:
         team: the team that it belongs to, or empty. at: where it is, m. carrier: the player that carries it, or empty.
+        heading: rad. radius, corners: the form of a body, m; one that has neither is drawn as a flag.
     """
 
     name: str
@@ -98,10 +99,20 @@ class SceneObject:
     team: str
     at: Vector
     carrier: str = ""
+    heading: float = 0.0
+    radius: float = 0.0
+    corners: tuple[Vector, ...] = ()
+
+    @property
+    def is_body(self) -> bool:
+        """True if it is a body that robots push."""
+        return bool(self.radius or self.corners)
 
     @property
     def words(self) -> str:
-        """Its place, in words."""
+        """Its place, in words; empty for a body, which is nowhere at home."""
+        if self.is_body and not self.carrier:
+            return ""
         return f"{self.name} carried by {self.carrier}" if self.carrier else f"{self.name} in its place"
 
 

@@ -200,7 +200,7 @@ def _heading(scene: Scene) -> Text:
     for team, points in scene.score:
         text.append(f"   {title(team)} ")
         text.append(str(points), style="bold")
-    for thing in scene.objects:
+    for thing in (thing for thing in scene.objects if thing.words):
         text.append(f"   {thing.words}", style="bold" if thing.carrier else "dim")
     return text
 

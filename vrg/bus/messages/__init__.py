@@ -62,4 +62,4 @@ from vrg.bus.messages.robot import (
     RobotState,
     SpeedLimit,
 )
-from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, WorldAnswer, WorldRequest, at_rest
+from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, Thing, WorldAnswer, WorldRequest, at_rest

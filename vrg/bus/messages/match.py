@@ -9,7 +9,7 @@ from msgspec import Meta, Struct
 from vrg.bus.messages.base import Message, Reason, Text, freeze
 from vrg.bus.messages.player import SIGHTINGS_LIMIT, Cost, Sighting
 from vrg.regions import Region
-from vrg.types import Count, FrozenDict, Metres, Name, Pose, Seconds, Twist, Uncertainty
+from vrg.types import Count, Deviation, FrozenDict, Metres, Name, Pose, Radians, Seconds, Speed, Twist, Uncertainty
 
 
 class Stage(enum.StrEnum):
@@ -81,14 +81,17 @@ OBJECTS_LIMIT = 100
 """The number of objects on a field."""
 
 
-class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A thing of the game that is no robot, such as a flag. It has no body: robots drive through it.
+class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
+    """A thing of the game that is no robot, such as a flag or a ball. Robots drive through one that has no form.
 
     Args:
         name: its name, unique in the match. kind: what it is, such as `flag`.
         x, y: its place in the map's frame, m, while it is not carried.
         team: the team that it belongs to; None if it belongs to none.
         carrier: the player that carries it; None if none does.
+        heading: rad. vx, vy: its velocity in the map's frame, m/s.
+        radius: of a disc, m. corners: of a convex outline in its own frame, m. A thing that is no passive body of the
+            world has neither.
     """
 
     name: Name
@@ -97,6 +100,11 @@ class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
     y: Metres
     team: Name | None = None
     carrier: Name | None = None
+    heading: Radians = 0.0
+    vx: Speed = 0.0
+    vy: Speed = 0.0
+    radius: Deviation = 0.0
+    corners: tuple[tuple[Metres, Metres], ...] = ()
 
 
 AUCTIONS_LIMIT = 1000
@@ -151,7 +159,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
         unproved: True while what the referee decides by cannot be written, so that it cannot be judged again.
     """
 
-    version = 6
+    version = 7
 
     game: Name
     stage: Stage

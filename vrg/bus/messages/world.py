@@ -6,7 +6,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text, freeze
-from vrg.types import Count, Name, Pose, Seconds, Twist, Uncertainty
+from vrg.types import AngularSpeed, Count, Name, Pose, Seconds, Speed, Twist, Uncertainty
 
 
 class Clock(Message, frozen=True, kw_only=True):
@@ -61,20 +61,36 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, 
     uncertainty: Uncertainty | None = None
 
 
-class Poses(Message, frozen=True, kw_only=True):
-    """The poses and velocities of all bodies at one instant."""
+class Thing(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, gc=False):
+    """A passive body of the world, such as a ball.
 
-    version = 6
+    Args:
+        pose: that of its centre of mass, in the map's frame.
+        vx, vy: its velocity in the map's frame, m/s. w: its turn rate, rad/s.
+    """
+
+    name: Name
+    pose: Pose
+    vx: Speed = 0.0
+    vy: Speed = 0.0
+    w: AngularSpeed = 0.0
+
+
+class Poses(Message, frozen=True, kw_only=True):
+    """The poses and velocities of all robots at one instant, as `bodies`, and those of all passive bodies."""
+
+    version = 7
 
     bodies: tuple[Body, ...]
+    things: tuple[Thing, ...] = ()
 
 
 class WorldRequest(Message, frozen=True, kw_only=True):
-    """A request to put virtual robots somewhere else, at rest: as many as there is room for.
+    """A request to put virtual robots and passive bodies somewhere else, at rest: as many as there is room for.
 
     Args:
         id: the world's answer repeats it. None if the asker wants to hear of a refusal only.
-        places: the pose of each of these robots, by name.
+        places: the pose of each of these, by name.
     """
 
     version = 2

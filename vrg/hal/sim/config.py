@@ -10,7 +10,7 @@ from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.settings import SensorSettings, with_motion, with_settings
 from vrg.names import check_name
-from vrg.types import Pose
+from vrg.types import Pose, Vector
 
 if TYPE_CHECKING:
     from vrg.hal.sim.map import Map
@@ -47,6 +47,31 @@ class RobotSetup:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BodySetup:
+    """A passive body at the start of the match, such as a ball or a box.
+
+    Args:
+        kind: what it is, in the game's own word.
+        pose: that of its centre of mass at the start, in the map's frame.
+        radius: of a disc, which rolls, m; 0 for an outline, which slides.
+        corners: of a convex outline, counter-clockwise about its centre of mass, m; none of a disc.
+        mass: kg. height: m; a range finder that is higher sees nothing of it.
+        friction: the floor slows it by this times gravity, as it rolls or slides.
+        restitution: the part of its approach speed with which it bounces off walls, robots and others.
+    """
+
+    name: str
+    kind: str
+    pose: Pose
+    radius: float = 0.0
+    corners: tuple[Vector, ...] = ()
+    mass: float
+    height: float
+    friction: float
+    restitution: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class WorldConfig:
     """The set-up of a world.
 
@@ -56,7 +81,7 @@ class WorldConfig:
         rate: match seconds per real second; 0 means as fast as possible, which only a match in one process can be.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
             sensors, of which no reading drops out.
-        robots: the robots that are in the world from the start.
+        robots: the robots that are in the world from the start. bodies: the passive bodies.
     """
 
     map: str = "courtyard"
@@ -67,12 +92,13 @@ class WorldConfig:
     lasers: bool = True
     noise: bool = True
     robots: tuple[RobotSetup, ...] = ()
+    bodies: tuple[BodySetup, ...] = ()
 
 
 def fingerprint(config: WorldConfig) -> str:
     """A text that tells apart worlds of different set-ups. The rate, `lasers` and `camera` do not count."""
     robots = [replace(robot, camera=False) for robot in config.robots]
-    setup = (config.map, config.engine, config.tick, config.seed, config.noise, robots)
+    setup = (config.map, config.engine, config.tick, config.seed, config.noise, robots, config.bodies)
     return hashlib.sha256(repr(setup).encode()).hexdigest()[:16]
 
 
@@ -115,6 +141,35 @@ def check_setup(config: WorldConfig) -> list[Problem]:
             problems.append(
                 Problem(f"expected room between {a.name} and {b.name}, but they overlap", ("players", a.name))
             )
+    return [*problems, *_body_problems(config, map_, placed, names)]
+
+
+def _body_problems(
+    config: WorldConfig, map_: "Map | None", robots: list[tuple[RobotSetup, RobotModel]], names: set[str]
+) -> list[Problem]:
+    """The reasons why the passive bodies cannot be there. The path of a problem is `("bodies", number)`."""
+    from vrg.hal.sim.contact import contacts, form_of, placed, rectangle  # noqa: PLC0415 - as above
+
+    there = [
+        (robot.name, placed(rectangle(model.length, model.width), robot.pose.x, robot.pose.y, robot.pose.theta))
+        for robot, model in robots
+    ]
+    if map_ is not None:
+        walls = [(rectangle(b.length, b.width), b.x, b.y, b.heading) for b in map_.boxes]
+        there += [("a wall", placed(*wall)) for wall in walls]
+        there += [("an obstacle", placed(form_of(c.radius, ()), c.x, c.y, 0.0)) for c in map_.circles]
+    problems = []
+    for number, body in enumerate(config.bodies):
+        where: Path = ("bodies", number)
+        if body.name in names:
+            problems.append(Problem("expected a name of its own, got one that is taken", (*where, "name")))
+        names.add(body.name)
+        own = placed(form_of(body.radius, body.corners), body.pose.x, body.pose.y, body.pose.theta)
+        if map_ is not None and not all(map_.bounds.contains(x, y) for x, y in own.corners or [(own.x, own.y)]):
+            problems.append(Problem(f"expected {body.name} inside map {map_.name}", where))
+        elif other := next((name for name, at in there if contacts(own, at)), None):
+            problems.append(Problem(f"expected a free place for {body.name}, but it overlaps {other}", where))
+        there.append((body.name, own))
     return problems
 
 

@@ -171,7 +171,7 @@ def _in_order(frame: Frame) -> list[SensorMessage]:
 
 
 def place(world: World, places: Mapping[str, Pose]) -> None:
-    """Put robots somewhere, as many as there is room for; the others stay where they are.
+    """Put robots and passive bodies somewhere, as many as there is room for; the others stay where they are.
 
     A physical robot cannot be placed, because only people can move it.
 
@@ -180,10 +180,15 @@ def place(world: World, places: Mapping[str, Pose]) -> None:
     """
     if not places:
         raise WorldError("place: expected places, got none")
+    robots = {name: pose for name, pose in places.items() if name not in world.bodies.names}
     refused: dict[str, str] = {}
     # A robot that stays is in the way of others, so that one refusal may lead to more.
-    while wrong := _without_room(world, {name: pose for name, pose in places.items() if name not in refused}):
+    while wrong := _without_room(world, {name: pose for name, pose in robots.items() if name not in refused}):
         refused |= wrong
+    for name, pose in places.items():
+        # A body makes room by itself: what overlaps with it pushes it away.
+        if name not in robots and not world.map.bounds.contains(pose.x, pose.y):
+            refused[name] = f"place {name}: expected a place inside map {world.map.name}"
     for name, pose in places.items():
         if name not in refused:
             world.place(name, pose)

@@ -9,7 +9,7 @@ from vrg.errors import FileError, WorldError
 from vrg.files import decoded
 from vrg.types import Count, Name, Pose
 
-_VERSION = 5
+_VERSION = 6
 
 
 class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -37,6 +37,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         setup: the fingerprint of the set-up that the world was made from.
         refereed: True if a referee had been heard. Nothing then moves until it is heard again.
         robots: the virtual robots by name. physical: the poses where the world showed the physical ones, by name.
+        bodies: the poses of the passive bodies, by name. They are at rest then.
     """
 
     setup: str
@@ -46,6 +47,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     refereed: bool
     robots: dict[Name, RobotSnapshot]
     physical: dict[Name, Pose]
+    bodies: dict[Name, Pose]
     version: int = _VERSION
 
 

@@ -10,11 +10,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState
+from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState, Thing
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import RobotModel
 from vrg.hal.permission import Permission
 from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sim.bodies import Bodies
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Start
@@ -85,6 +86,10 @@ class World:
         self._said: dict[str, RobotState] = {}
         used = np.array([before[name].energy_used if name in before else 0.0 for name in engine.names])
         self._batteries = Batteries(engine.models, used, engine.angles, engine.velocities)
+        self.bodies = Bodies(self.map, config.bodies, engine)
+        if snapshot is not None:
+            for body, pose in snapshot.bodies.items():
+                self.bodies.place(body, pose)
         surroundings = Surroundings(self.map, config.seed, config.noise)
         self._sensors = SensorSuite(surroundings, engine.names, engine.kinematic.tolist(), self._instant())
         for name, robot in self._virtual.items():
@@ -194,11 +199,14 @@ class World:
         self._settled_until = -math.inf
 
     def place(self, name: str, pose: Pose) -> None:
-        """Put a virtual robot somewhere else, at rest, where there must be room for it.
+        """Put a virtual robot or a passive body somewhere else, at rest, where there must be room for it.
 
         Raises:
             WorldError: there is none of that name, or it is physical.
         """
+        if name in self.bodies.names:
+            self.bodies.place(name, pose)
+            return
         row = self.robot(name).row
         self._engine.place(name, pose)
         self._sensors.placed(name)
@@ -212,7 +220,11 @@ class World:
             self._decide(now)
         for name, ghost in self._ghosts.items():
             engine.move(name, *ghost.at(now))
+        before = engine.poses.copy() if self.bodies.names else engine.poses
         engine.step(self.config.tick)
+        if self.bodies.names:
+            for push in self.bodies.step(self.config.tick, before, engine.poses, engine.velocities):
+                engine.push(push)
         if self.tick % _BATTERY_TICKS == 0:
             self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities)
             self._find_empty()
@@ -258,11 +270,13 @@ class World:
         """A function that returns what `poses` returns now, at any time."""
         now, places = self.time, self._engine.poses.copy()
         twists = [Twist(*velocity) for velocity in self._engine.velocities.tolist()]
+        things = tuple(Thing(name, Pose(b.x, b.y, b.theta), b.vx, b.vy, b.w) for name, b in self.bodies)
         marks = [robot.mark(twist, now) for robot, twist in zip(self._robots, twists, strict=True)]
 
         def make() -> Poses:
             rows = zip(self._robots, places.tolist(), twists, marks, strict=True)
-            return Poses(bodies=tuple(Body(r.name, Pose(*at), twist, *mark) for r, at, twist, mark in rows))
+            bodies = tuple(Body(r.name, Pose(*at), twist, *mark) for r, at, twist, mark in rows)
+            return Poses(bodies=bodies, things=things)
 
         return make
 
@@ -287,6 +301,7 @@ class World:
             refereed=self._permission.refereed,
             robots=robots,
             physical={name: self.pose(name) for name in self._ghosts},
+            bodies={name: Pose(body.x, body.y, body.theta) for name, body in self.bodies},
         )
 
     def close(self) -> None:
@@ -303,9 +318,10 @@ class World:
             engine.poses,
             engine.velocities,
             engine.angles,
-            engine.touch,
+            self.bodies.pressed(engine.touch, engine.models, engine.poses),
             self._batteries.charge,
             {name for name, until in self._pictures.items() if until > now},
+            self.bodies.standing(),
         )
 
     def _find_empty(self) -> None:

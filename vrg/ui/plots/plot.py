@@ -191,8 +191,9 @@ def _draw_part(
     here, colours = shown.zones.get(part.round, ()), _colours(shown.tracks, part, shown.game)
     labels = Labels(metre, shown.extent)
     flags = [
-        look.thing(thing.name, (thing.x, thing.y), shown.game.team_style(thing.team or "").colour, PAPER)
+        look.thing(thing.name, Pose(thing.x, thing.y, 0.0), shown.game.thing_style(thing.kind, thing.team or ""), PAPER)
         for thing in shown.objects
+        if not (thing.radius or thing.corners)  # a body is elsewhere at each moment
     ]
     draw_figures(axes, [*look.ground(shown.game, here, shown.obstacles, PAPER), *flags], labels)
     for flag in flags:

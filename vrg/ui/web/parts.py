@@ -76,9 +76,9 @@ def state(scene: Scene) -> dict[str, Any]:
         "objects": [
             {
                 "words": o.words,
-                "colour": hexadecimal(game.team_style(o.team).colour),
+                "colour": hexadecimal(game.thing_style(o.kind, o.team).colour),
                 "carried": bool(o.carrier),
-                "figure": look.thing(o.name, (0.0, 0.0), game.team_style(o.team).colour),
+                "figure": picture.thing(game, replace(o, at=(0.0, 0.0), heading=0.0)),
             }
             for o in scene.objects
         ],
@@ -165,8 +165,9 @@ def frame(scene: Scene) -> dict[str, Any]:
 
     Returns:
         `time` (match time, s), `clock` (as it is written), `left` (the time that is left, in words), `rate`, `bodies`
-        (x, y in m, heading in rad each), `speeds` (of the players, m/s, or None), `objects` (x, y in m each), `flashes`
-        (figures), and `around`: figures about bodies that are not known well, with the number of the body.
+        (x, y in m, heading in rad each), `speeds` (of the players, m/s, or None),
+        `objects` (x, y in m, heading in rad each), `flashes` (figures), and `around`: figures about bodies that are
+        not known well, with the number of the body.
     """
     return {
         "t": "frame",
@@ -176,7 +177,7 @@ def frame(scene: Scene) -> dict[str, Any]:
         "rate": scene.rate,
         "bodies": [(round(b.pose.x, 3), round(b.pose.y, 3), round(b.pose.theta, 3)) for b in scene.bodies],
         "speeds": [None if p.speed is None or p.out_of_play else round(p.speed, 1) + 0.0 for p in scene.players],
-        "objects": [_point(*thing.at) for thing in scene.objects],
+        "objects": [(*_point(*thing.at), round(thing.heading, 3)) for thing in scene.objects],
         "flashes": picture.flashes(scene),
         "around": [
             (number, figure)

@@ -6,6 +6,7 @@ import pygame
 from pygame import Rect
 
 from vrg.bus.messages import Call
+from vrg.figures import ORIGIN
 from vrg.games import UNKNOWN_GAME, game_of, look
 from vrg.ui import palette
 from vrg.ui.scene import Scene, clock_text
@@ -66,14 +67,15 @@ class PanelPainter:
 
     def _objects(self, surface: pygame.Surface, inside: Rect, scene: Scene, ui: float) -> None:
         size, step = round(14 * ui), round(21 * ui)
-        for thing in scene.objects:
+        told = [thing for thing in scene.objects if thing.words]
+        for thing in told:
             foot = (inside.left + round(4 * ui), inside.top + size)
-            flag = look.thing(thing.name, (0.0, 0.0), self._game.team_style(thing.team).colour)
+            flag = look.thing(thing.name, ORIGIN, self._game.thing_style(thing.kind, thing.team))
             draw_sign(surface, flag.shapes, foot, 2 * size, ui)
             place = Rect(inside.left + round(24 * ui), inside.top, inside.width - round(24 * ui), size + 2)
             kit.write(surface, thing.words, place, size, palette.TEXT if thing.carrier else palette.MUTED, self._fonts)
             _cut(inside, step)
-        _cut(inside, round(6 * ui) if scene.objects else 0)
+        _cut(inside, round(6 * ui) if told else 0)
 
     def _players(self, surface: pygame.Surface, inside: Rect, scene: Scene, ui: float, driving: str | None) -> None:
         if scene.players:

@@ -4,6 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.touch import TouchSpec
 from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.map import Map
+from vrg.portable.scalars import cos_sin
 from vrg.types import Pose, Twist
 
 Floats = npt.NDArray[np.float64]
@@ -23,6 +25,22 @@ CONTACT = 0.005
 DRIVE = 0.75
 """The force with which motors can press a wheel ahead, as a fraction of the wheel's full friction: an estimate. To turn
 in place a P2AT needs 0.56, an ATRV-Jr 0.62. Held wheels have the full friction, as gears hold more than they drive."""
+
+
+class Push(NamedTuple):
+    """What passive bodies have done to a robot in a tick.
+
+    Args:
+        row: that of the robot in the engine. vx, vy, w: the change of its velocity in the map's frame, m/s and rad/s.
+        dx, dy: how far it is put back, m, as a body behind which there is no room does not give way.
+    """
+
+    row: int
+    vx: float
+    vy: float
+    w: float
+    dx: float
+    dy: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +161,19 @@ class Engine(ABC):
         slowing = model.brake if twist is None else model.slowing or model.a_max
         self._slowing[row] = slowing / model.drivetrain.wheel_radius
 
+    def push(self, push: Push) -> None:
+        """Take in what passive bodies have done to a robot in the last step."""
+        row = push.row
+        cos, sin = cos_sin(float(self.poses[row, 2]))
+        self.velocities[row] += push.vx * cos + push.vy * sin, push.w, push.vy * cos - push.vx * sin
+        self.poses[row, :2] += push.dx, push.dy
+        self._pushed(push)
+
+    @property
+    def masses(self) -> list[float]:
+        """The mass of each robot against what it pushes, kg."""
+        return [model.mass for model in self.models]
+
     @abstractmethod
     def step(self, dt: float) -> None:
         """Advance by dt seconds."""
@@ -170,6 +201,10 @@ class Engine(ABC):
     @abstractmethod
     def _placed(self, row: int) -> None:
         """Called after a robot has been put at `poses[row]`, at rest."""
+
+    @abstractmethod
+    def _pushed(self, push: Push) -> None:
+        """Called after `poses` and `velocities` of a robot were changed by a push."""
 
     @abstractmethod
     def _moved(self, row: int, way: float, turn: float) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.hal.sim.compiled import kernel
-from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Start, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Push, Start, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
 from vrg.portable.arrays import cos_sin_array, hypot
@@ -123,6 +123,20 @@ class PlanarEngine(Engine):
 
     def _placed(self, row: int) -> None:
         self._forget()
+
+    @property
+    def masses(self) -> list[float]:
+        """That with which a robot that may only speed up by `a_max` presses as hard as its motors can, kg."""
+        return [model.mass * max(1.0, DRIVE * model.brake / model.a_max) for model in self.models]
+
+    def _pushed(self, push: Push) -> None:
+        # Wheels hold it against what they cannot do.
+        drivetrain = self.models[push.row].drivetrain
+        v, w, side = self.velocities[push.row].tolist()
+        axes = drivetrain.speeds(Twist(v, w, side if drivetrain.holonomic else 0.0))
+        self.speeds[push.row, : len(axes)] = axes
+        if push.dx or push.dy:
+            self._budgets[:, push.row] = -1.0
 
     def _moved(self, row: int, way: float, turn: float) -> None:
         self._budgets[1, row] -= way + turn * self._reach[row]

@@ -22,7 +22,7 @@ import numpy as np
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.engines import check_installed
-from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Start, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Push, Start, bumper_bit
 from vrg.hal.sim.engines.traction import GIVE, MAX_PHYSICS_STEP, damped_slip
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.robot import GRAVITY
@@ -144,6 +144,17 @@ class BulletEngine(Engine):
         )
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
         self._motions[row] = self._motion(body)
+
+    def _pushed(self, push: Push) -> None:
+        client, body = self._client, self._bodies[push.row]
+        (vx, vy, vz), (wx, wy, wz) = pybullet.getBaseVelocity(body, physicsClientId=client)
+        if push.dx or push.dy:
+            (x, y, z), turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+            place = (x + push.dx, y + push.dy, z)
+            pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=client)
+        speeds = (vx + push.vx, vy + push.vy, vz)
+        pybullet.resetBaseVelocity(body, speeds, (wx, wy, wz + push.w), physicsClientId=client)
+        self._motions[push.row] = self._motion(body)
 
     def _moved(self, row: int, way: float, turn: float) -> None:
         """Do nothing: the next step moves the body there."""

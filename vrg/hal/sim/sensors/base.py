@@ -17,6 +17,7 @@ from vrg.bus.messages import SensorMessage
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.map import Map
+from vrg.hal.sim.sensors.rays import Thing
 from vrg.portable.arrays import normals
 
 Floats = npt.NDArray[np.float64]
@@ -112,6 +113,7 @@ class Instant:
         touch: one number per robot; bit n is set if bumper n is in contact.
         charge: the charge of each battery, from 1 (full) to 0 (empty).
         cameras: the names of the robots of whose cameras pictures are requested.
+        things: the passive bodies.
     """
 
     tick: int
@@ -123,6 +125,7 @@ class Instant:
     touch: Sequence[int]
     charge: Floats
     cameras: Collection[str] = ()
+    things: Sequence[Thing] = ()
 
     def kept(self) -> "Instant":
         """The same, in arrays that the engine does not change."""

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
-from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast_all
+from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, among_things, cast_all
 from vrg.portable.arrays import cos_sin_array, normals
 
 Floats32 = npt.NDArray[np.float32]
@@ -26,6 +26,8 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         self._static = Edges(surroundings.map_.edges)
         self._edges = self._static
         self._discs = surroundings.map_.discs
+        self._seen = self._edges, self._discs
+        """What the scans meet that are computed now."""
         self._blocks: dict[tuple[str, str], tuple[tuple[int, int], Floats]] = {}
 
     def sense(self, now: Instant) -> list[Measured]:
@@ -34,12 +36,14 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         if not due:
             return []
         self.look(now.models, now.poses)
-        alike: dict[tuple[int, float, float, float], list[Mounted[LaserSpec]]] = {}
+        alike: dict[tuple[float, ...], list[Mounted[LaserSpec]]] = {}
         for m in due:
-            alike.setdefault((m.spec.beams, m.spec.fov, m.spec.range_max, m.spec.resolution), []).append(m)
+            height = m.spec.height if now.things else 0.0
+            alike.setdefault((m.spec.beams, m.spec.fov, m.spec.range_max, m.spec.resolution, height), []).append(m)
         scans: dict[tuple[str, str], Floats32] = {}
         # Those with the same beams are computed together, which is faster than one by one.
-        for group in alike.values():
+        for (*_, height), group in alike.items():
+            self._seen = among_things(self._edges, self._discs, now.things, height)
             numbers = [now.tick // m.spec.due_every(now.dt) for m in group]
             poses = now.poses[[m.row for m in group]]
             ranges = self.scans([m.robot for m in group], [m.spec for m in group], poses, numbers)
@@ -54,6 +58,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
     def look(self, models: Sequence[RobotModel], poses: Floats) -> None:
         """Take in where all robots are, shape (robots, 3), before the scans of a tick."""
         self._edges = among_robots(self._static, models, poses)
+        self._seen = self._edges, self._discs
 
     def scans(
         self, robots: Sequence[str], specs: Sequence[LaserSpec], poses: Floats, numbers: Sequence[int]
@@ -72,7 +77,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         turns = np.array(cos_sin_array(poses[:, 2]))
         places = poses[:, :2] + (turns * [own.x for own in specs]).T
         fan = Fan.of(spec.beams, spec.fov)
-        ranges = cast_all(places, turns, fan, spec.range_max, self._edges, self._discs)
+        ranges = cast_all(places, turns, fan, spec.range_max, *self._seen)
         if self.surroundings.noise:
             nothing = ranges >= spec.range_max - 1e-9
             ranges += [self._draw(*each) for each in zip(robots, specs, numbers, strict=True)]

@@ -20,12 +20,15 @@ import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.compiled import kernel
+from vrg.hal.sim.contact import Placed
 from vrg.hal.sim.shapes import box_edges
 from vrg.portable.arrays import cos_sin_array, hypot, turn_order
 from vrg.portable.scalars import asin, atan2, cos_sin, tan
 
 Floats = npt.NDArray[np.float64]
 
+Thing = tuple[Placed, float]
+"""A passive body where it is, and its height in m."""
 _EPS = 1e-9
 
 
@@ -70,6 +73,16 @@ def among_robots(walls: Edges, models: Sequence[RobotModel], poses: Floats) -> E
     own.ends, own.normals, own.offsets = np.empty((4, count)), np.empty((2, count)), np.empty(count)
     kernel.outlines(np.ascontiguousarray(poses), sizes, own.ends, own.normals, own.offsets)
     return walls.join(own)
+
+
+def among_things(edges: Edges, discs: Floats, things: Sequence[Thing], height: float) -> tuple[Edges, Floats]:
+    """The edges and the discs together with those of the passive bodies that reach up to a height, m."""
+    seen = [at for at, tall in things if tall >= height]
+    sides = [(*a, *b) for at in seen for a, b in zip(at.corners, [*at.corners[1:], *at.corners[:1]], strict=True)]
+    if sides:
+        edges = edges.join(Edges(np.array(sides)))
+    round_ones = [(at.x, at.y, at.radius) for at in seen if not at.corners]
+    return edges, np.concatenate((discs, round_ones)) if round_ones else discs
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, Noise, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.rays import Edges, among_robots, nearest_in_cones
+from vrg.hal.sim.sensors.rays import Edges, among_robots, among_things, nearest_in_cones
 from vrg.portable.scalars import cos_sin
 
 
@@ -31,13 +31,14 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         due = self.due(now)
         if not due:
             return []
-        edges = among_robots(self._static, now.models, now.poses)
+        among = among_robots(self._static, now.models, now.poses)
+        edges, discs = among_things(among, self.surroundings.map_.discs, now.things, 0.0)  # a cone widens upwards, too
         readings: list[Measured] = []
         # All rings of one kind at once: that takes a quarter of the time of one after the other.
         for cone, range_max in {(m.spec.cone, m.spec.range_max): None for m in due}:
             alike = [m for m in due if (m.spec.cone, m.spec.range_max) == (cone, range_max)]
             poses = np.concatenate([self._poses(m, now) for m in alike])
-            ranges = nearest_in_cones(poses, cone, range_max, edges, self.surroundings.map_.discs)
+            ranges = nearest_in_cones(poses, cone, range_max, edges, discs)
             ends = np.cumsum([len(m.spec.places) for m in alike])
             for m, heard in zip(alike, np.split(ranges, ends[:-1]), strict=True):
                 measured = tuple(self._measured(m, heard, now.tick // m.spec.due_every(now.dt)).tolist())

@@ -110,8 +110,8 @@ export class Field {
       const named = found.find(({ name }) => name === own);
       named.label = { ...named.label, ink: colours.caution };
     }
-    const flags = latest.objects.map(([x, y], index) => {
-      const figure = state.objects[index]?.figure ?? {}, at = { x, y, theta: 0 }, { left, top, scale } = frameOf(view, figure, ui, at);
+    const flags = latest.objects.map(([x, y, theta], index) => {
+      const figure = state.objects[index]?.figure ?? {}, at = { x, y, theta }, { left, top, scale } = frameOf(view, figure, ui, at);
       drawFigure(c, view, figure, ui, at);
       const side = (figure.clear ?? 0) * scale;
       return { left: left - 2, top: top - side, width: side + 2, height: side + 2 };

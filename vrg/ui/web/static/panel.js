@@ -54,7 +54,7 @@ export class Panel {
     });
     this.when("scores", state?.scores, () => byId("scores").replaceChildren(...(state?.scores ?? []).map(score)));
     this.when("plans", match.showsPlans, () => (byId("plans").ariaPressed = String(match.showsPlans)));
-    this.when("objects", state?.objects, () => byId("objects").replaceChildren(...(state?.objects ?? []).map(thing)));
+    this.when("objects", state?.objects, () => byId("objects").replaceChildren(...(state?.objects ?? []).filter(({ words }) => words).map(thing)));
     this.when("banners", [state?.banners, match.role], () => {
       byId("banners").replaceChildren(...(state?.banners ?? []).map((told) => banner(told, match.role)));
     });
