@@ -5,6 +5,7 @@ the person who commands it, and the players that it sees.
 """
 
 import logging
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -17,6 +18,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Bid, Links, RefereeState, Sight, Sighting, Sightings, Sketch, Stroke
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
+from vrg.hal.models import RobotModel
 from vrg.shared import shared
 from vrg.types import Vector, quantised
 
@@ -54,12 +56,35 @@ class Payload(Struct, frozen=True):
 
     Args:
         say: the MessagePack of its message to its team. sightings, bids, sketch: the messages.
+        use: what it does with actuators.
     """
 
     say: bytes | None = None
     sightings: Sightings | None = None
     bids: Sequence[Bid] = ()
     sketch: Sketch | None = None
+    use: Mapping[str, float] = {}
+
+
+def usable(use: Mapping[str, float], robot: RobotModel | None = None) -> dict[str, float]:
+    """What a player does with actuators, with Python's own numbers, within what the robot can do.
+
+    Args:
+        robot: whose actuators they are; None where only its player knows it.
+
+    Raises:
+        ValueError: it has no such actuator, or a value is not finite. TypeError: one is no number.
+    """
+    found = {}
+    for name, value in use.items():
+        actuator = None if robot is None else robot.actuator(name)
+        if robot is not None and actuator is None:
+            known = ", ".join(actuator.name for actuator in robot.actuators) or "none"
+            raise ValueError(f"expected an actuator of {robot.name} ({known}), got {name!r}")
+        if not math.isfinite(wanted := quantised(float(value))):
+            raise ValueError(f"expected a finite value for {name}, got {value}")
+        found[str(name)] = wanted if actuator is None else min(max(wanted, 0.0), actuator.most)
+    return found
 
 
 def sendable(action: Action) -> tuple[Payload, list[str]]:
@@ -83,6 +108,7 @@ def sendable(action: Action) -> tuple[Payload, list[str]]:
         None
         if action.sketch is None
         else attempt("sketch", lambda: checked(Sketch(strokes=tuple(map(_drawn, action.sketch or ())))), None),
+        attempt("use", lambda: usable(action.use), {}) if action.use else {},
     )
     return payload, problems
 

@@ -12,7 +12,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vrg.agents.messages import Once, TeamChannel, Telling
+from vrg.agents.messages import Once, TeamChannel, Telling, usable
 from vrg.agents.radio import Radio
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
 from vrg.bus.codec import Received
@@ -165,9 +165,15 @@ class Player(Node):
             self._mode = BY_REFEREE
         elif self._manual:
             self._mode = "Manual"
-        wanted = manual or (action.twist if sensible else STILL)
+        wanted, use = manual or (action.twist if sensible else STILL), {}
+        if action.use and not self._manual and view.me.lease is None:
+            try:
+                use = usable(action.use, self._device.features)
+            except (TypeError, ValueError, AttributeError) as error:
+                if self._warn_once(str(error)):
+                    log.warning("%s", self._strategy.complaint(f"use left out: {error}"))
         try:
-            self._command = self._device.drive(wanted.quantised)
+            self._command = self._device.drive(wanted.quantised, use)
         except RobotError as error:
             # The robot was disarmed since its last reading. The next tick tries to arm it again.
             self._fault = error.text

@@ -27,6 +27,7 @@ class Action(Struct, frozen=True, gc=False):
         bids: its bids in the referee's auctions: the cost by lot. None withdraws a bid, or gives back what was won.
         sketch: dots and lines that windows show, for example what it has seen and where it wants to go. None leaves
             what was last sketched.
+        use: what it does with actuators of its robot, by their names: `{"kicker": 4.0}` kicks at 4 m/s.
     """
 
     twist: Twist = STILL
@@ -34,6 +35,7 @@ class Action(Struct, frozen=True, gc=False):
     sightings: Sequence[Sighting] = ()
     bids: Mapping[str, float | None] = {}
     sketch: Sequence[Stroke] | None = None
+    use: Mapping[str, float] = {}
 
 
 class View(Struct, frozen=True, gc=False):

@@ -196,17 +196,11 @@ class BodyEntry(FileTable, frozen=True, kw_only=True):
         typed = Pose(self.x, self.y, math.radians(self.heading))
         corners = self.corners or (rectangle(*self.size).corners if self.size else ())
         x, y = moments(corners)[1] if corners else (0.0, 0.0)
+        radius, about = 0.0 if corners else self.radius or 0.0, tuple((u - x, v - y) for u, v in corners)
         return BodySetup(
-            name=self.name,
-            kind=self.kind,
-            pose=compose(typed, Pose(x, y, 0.0)),
-            radius=0.0 if corners else self.radius or 0.0,
-            corners=tuple((u - x, v - y) for u, v in corners),
-            mass=self.mass,
-            height=self.height,
-            friction=self.friction,
-            restitution=self.restitution,
-        )
+            name=self.name, kind=self.kind, pose=compose(typed, Pose(x, y, 0.0)), radius=radius, corners=about,
+            mass=self.mass, height=self.height, friction=self.friction, restitution=self.restitution,
+        )  # fmt: skip
 
 
 class TeamTable(FileTable, frozen=True, kw_only=True):

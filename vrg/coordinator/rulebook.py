@@ -355,16 +355,9 @@ def thing_of(body: BodySetup, thing: Thing) -> FieldObject:
     """A passive body as the referee publishes it."""
     pose = thing.pose
     return FieldObject(
-        name=body.name,
-        kind=body.kind,
-        x=pose.x,
-        y=pose.y,
-        heading=pose.theta,
-        vx=thing.vx,
-        vy=thing.vy,
-        radius=body.radius,
-        corners=body.corners,
-    )
+        name=body.name, kind=body.kind, x=pose.x, y=pose.y, heading=pose.theta, vx=thing.vx, vy=thing.vy,
+        radius=body.radius, corners=body.corners,
+    )  # fmt: skip
 
 
 def away(pose: Pose, mark: Pose) -> float:

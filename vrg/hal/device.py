@@ -7,6 +7,7 @@ where a physical robot is on the map, and publishes it for the world.
 
 import logging
 import threading
+from collections.abc import Mapping
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -14,6 +15,7 @@ from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, Motion, 
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
+from vrg.hal.actuators import UNUSED
 from vrg.hal.clock import REAL_CLOCK, MonotonicClock, Task
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, EstopOrders
@@ -218,8 +220,12 @@ class Device:
                 raise RobotError("it is being recovered", self.name)
             self._driver.arm()
 
-    def drive(self, twist: Twist) -> Twist:
+    def drive(self, twist: Twist, use: Mapping[str, float] = UNUSED) -> Twist:
         """Command a motion, as far as the match permits it. While the referee leases the robot, its own motion counts.
+
+        Args:
+            use: what actuators do meanwhile, by their names, within what the robot can do. A robot that is held uses
+                none.
 
         Returns:
             the twist that was really sent, within the limits of the referee and of the robot; STILL if it is held.
@@ -232,7 +238,10 @@ class Device:
                 raise RobotError("the emergency stop is engaged: release it, then arm again", self.name)
             if not twist.is_finite:
                 raise RobotError(f"expected a finite motion, got {twist}", self.name)
-            sent = self._permission.motion(self.name, self.features, twist, self._mailbox.now) or STILL
+            permitted = self._permission.motion(self.name, self.features, twist, self._mailbox.now)
+            sent = permitted or STILL
+            for name, value in use.items() if permitted is not None else ():
+                self._driver.use(name, value)
             if sent == STILL:
                 self._driver.stop()
             else:

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from vrg.errors import RobotError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.types import Twist
@@ -91,6 +92,17 @@ class Driver(ABC):
         Raises:
             RobotError: not armed, a fault, or the emergency stop.
         """
+
+    def use(self, name: str, value: float) -> None:
+        """Use an actuator of the robot once, such as a kicker. The next motion is commanded just after it.
+
+        Args:
+            name: one of `features.actuators`. value: within what that can do.
+
+        Raises:
+            RobotError: this driver has none of that name.
+        """
+        raise RobotError(f"expected an actuator of the backend, got {name!r}: it drives none", self.name)
 
     @abstractmethod
     def read(self) -> Readings:

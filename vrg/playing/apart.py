@@ -430,6 +430,7 @@ class SubprocessStrategy(SteppedStrategy):
             () if payload.sightings is None else payload.sightings.seen,
             {bid.lot: bid.cost for bid in payload.bids},
             None if payload.sketch is None else payload.sketch.strokes,
+            payload.use,
         )
 
     def complaint(self, what: str) -> StrategyError:

@@ -32,7 +32,9 @@ def read_evidenced(folder: RunFolder, setup: MatchSetup) -> RecordedMatch:
         while found.poses and found.poses[-1][0] >= tick.time:
             found.poses.pop()
         found.states[:] = _not_beyond(found.states, tick.time)
-        found.poses.append((tick.time, m.Poses(bodies=_bodies(before, tick.field))))
+        found.poses.append(
+            (tick.time, m.Poses(bodies=_bodies(before, tick.field), things=tuple(tick.field.things.values())))
+        )
         found.states.append((tick.time, match.state(tick.field, estop=False)))
         before = tick.field
     for record in read_journal(folder.journal)[1]:

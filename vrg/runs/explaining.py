@@ -17,7 +17,7 @@ from vrg.runs.reasons import measures_of
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.plots.proof import SECONDS, STRIP, Proof, box_around
-from vrg.ui.scene import Scene, SceneBody, clock_text
+from vrg.ui.scene import Scene, SceneBody, clock_text, objects_of
 
 _NEAR: Final = 0.25
 """The difference between the match time of a picture and the wanted one that is allowed, s."""
@@ -78,7 +78,7 @@ def _proof(
     return Proof(
         heading=heading,
         lines=tuple(lines),
-        now=_scene(setup, book, case, case.now, looks, dict(zip(named, call.poses, strict=True))),
+        now=_scene(setup, book, case, case.now, looks, dict(zip(named, call.poses, strict=False))),
         box=box_around(points, measures),
         measures=measures,
         earlier=tuple((before, _earlier(setup, book, case, looks, before)) for before in STRIP),
@@ -127,5 +127,5 @@ def _scene(
         )
     return Scene(
         live=True, time=field.time, game=setup.game, bodies=tuple(bodies), zones=tuple(book.zones(case.state)),
-        obstacles=tuple(setup.obstacles),
+        obstacles=tuple(setup.obstacles), objects=objects_of(book.objects(case.state, field), field.poses, {}),
     )  # fmt: skip

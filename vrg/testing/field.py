@@ -2,8 +2,10 @@
 
 import math
 import random
+from collections.abc import Mapping
 from typing import Any, Final
 
+from vrg.bus.messages import Thing
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.regions import Rectangle, surrounding
 from vrg.types import Pose, Vector
@@ -21,17 +23,23 @@ class Field:
         book: the rule book, whose zones are such places. ready: where the players are first. rng: what draws.
 
     Attributes:
-        poses: the pose of each player.
+        poses: the pose of each player. things: the passive bodies, by name.
     """
 
     def __init__(self, book: RuleBook[Any], ready: Observation, rng: random.Random) -> None:
         self._book, self._rng = book, rng
         self.poses = dict(ready.poses)
+        self.things = dict(ready.things)
         self._goals: dict[str, Vector] = {}
         boxes = [zone.region.bounds for zone in book.zones(book.initial())]
         boxes += [(pose.x, pose.y, pose.x, pose.y) for pose in ready.poses.values()]
         x_min, y_min, x_max, y_max = surrounding(boxes or [(0.0, 0.0, 0.0, 0.0)])
         self._all = Rectangle(x_min - MARGIN, y_min - MARGIN, x_max + MARGIN, y_max + MARGIN)
+
+    def put(self, places: Mapping[str, Pose]) -> None:
+        """Put players and passive bodies somewhere, as the world does."""
+        self.poses |= {name: pose for name, pose in places.items() if name in self.poses}
+        self.things |= {name: Thing(name, pose) for name, pose in places.items() if name in self.things}
 
     def anywhere(self) -> Vector:
         """Any place in the zones or near them."""
@@ -80,4 +88,8 @@ class Field:
             theta = math.atan2(y - pose.y, x - pose.x)
             self.poses[name] = Pose(pose.x + share * (x - pose.x), pose.y + share * (y - pose.y), theta)
             moved.add(name)
+        for name, thing in self.things.items():
+            x, y = self.spot(state) if rng.random() < 0.02 else (thing.pose.x, thing.pose.y)
+            way = rng.choice((0.0, 0.0, 2 * STRIDE))
+            self.things[name] = Thing(name, Pose(x + rng.uniform(-way, way), y + rng.uniform(-way, way), 0.0))
         return frozenset(moved)

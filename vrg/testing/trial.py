@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import msgspec
 
-from vrg.bus.messages import Official, OfficialAction, RefereeState, Sighting, Stage
+from vrg.bus.messages import Official, OfficialAction, RefereeState, Sighting, Stage, Thing
 from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.disqualifying import readmitted
@@ -119,7 +119,7 @@ class _Trial:
         poses = {name: pose for name, pose in field.poses.items() if name not in self._gone}
         return replace(
             self._ready, poses=poses, moving=moving, time=self._time + PERIOD, offers=self._offers(),
-            sightings=self._sightings(poses),
+            sightings=self._sightings(poses), things=dict(field.things),
         )  # fmt: skip
 
     def _still(self) -> Observation:
@@ -128,8 +128,11 @@ class _Trial:
         if match.stage is Stage.INITIALIZE:
             marks = {name: mark for name in match.names if (mark := match.mark(name, self._ready)) is not None}
             field.poses |= marks
+            field.things = {n: Thing(n, self._book.spots(match.game).get(n, t.pose)) for n, t in field.things.items()}
             gone = set()
-        now = replace(self._ready, poses=dict(field.poses), moving=frozenset(), time=self._time)
+        now = replace(
+            self._ready, poses=dict(field.poses), moving=frozenset(), time=self._time, things=dict(field.things)
+        )
         return _without(now, gone)
 
     def _offers(self) -> Sequence[Offer]:
@@ -164,7 +167,7 @@ class _Trial:
         score = self._book.score(match.game)
         asked = Official(action=action, by="official", reason="a trial", subject=subject, value=value)
         effects = decide(match, asked, now, ())
-        self._field.poses |= effects.place
+        self._field.put(effects.place)
         if any(call.rule == "refused" for call in effects.calls):
             return
         if action is OfficialAction.SET_SCORE and value is not None:
@@ -195,7 +198,7 @@ class _Trial:
             why = "; ".join(match.waiting)
             self._expect(False, f"everybody stands still on its mark, and {book.round_word} does not begin: {why}")
         self._shown(now, effects)
-        self._field.poses |= effects.place
+        self._field.put(effects.place)
 
     def _rejudge(self, game: Any, limit: float | None) -> None:
         """Judge the last look again in several ways."""
@@ -252,10 +255,11 @@ class _Trial:
         for call in effects.calls:
             strangers = set(call.players) - names
             self._expect(not strangers, f"{call.rule}: it names {strangers}, who do not play")
-            self._expect(len(call.poses) <= len(call.players), f"{call.rule}: it has more poses than players")
+            self._expect(len(call.poses) <= max(1, len(call.players)), f"{call.rule}: it has more poses than players")
             self._expect(all(map(_finite, call.poses)), f"{call.rule}: a pose of it is not finite")
         for name, pose in effects.place.items():
-            self._expect(name in names and _finite(pose), f"{name} is put at {pose}: expected a player and a place")
+            known = name in names or name in now.things
+            self._expect(known and _finite(pose), f"{name} is put at {pose}: expected a player or a body, and a place")
         state = match.state(now, estop=False)
         teams = {player.name: player.team for player in state.players}
         self._expect(teams == self._teams and len(teams) == len(state.players), f"the players are {teams} now")

@@ -15,8 +15,8 @@ from vrg.games import UNKNOWN_GAME, game_of
 from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.regions import Region
-from vrg.types import Vector
-from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, SceneObject, ScenePlayer, SceneStroke
+from vrg.types import Pose, Vector
+from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, SceneObject, ScenePlayer, SceneStroke, objects_of
 
 TRAIL_SECONDS: Final = 6.0
 """s of a body's way that are shown."""
@@ -59,6 +59,7 @@ class SceneBuilder:
         self._game = UNKNOWN_GAME
         self._estop: m.Estop | m.EstopRelease | None = None
         self._bodies: list[m.Body] = []
+        self._things: dict[str, Pose] = {}
         self._trails: dict[str, deque[tuple[float, Vector]]] = {}
         self._last: dict[str, Vector] = {}
         self._starts: dict[str, Vector] = {}
@@ -83,6 +84,7 @@ class SceneBuilder:
     def poses(self, poses: m.Poses, stamp: float) -> None:
         """Take in where every body is at `stamp`, s."""
         only = self.only
+        self._things = {thing.name: thing.pose for thing in poses.things}
         self._bodies = [b for b in poses.bodies if only is None or b.name in only]
         for body in self._bodies:
             here = (body.pose.x, body.pose.y)
@@ -181,21 +183,7 @@ class SceneBuilder:
         )
 
     def _objects(self, state: m.RefereeState) -> tuple[SceneObject, ...]:
-        """The things of the game. What is carried is where its carrier is."""
-        places = {body.name: (body.pose.x, body.pose.y) for body in self._bodies}
-        return tuple(
-            SceneObject(
-                thing.name,
-                thing.kind,
-                thing.team or "",
-                places.get(thing.carrier or "", (thing.x, thing.y)),
-                thing.carrier or "",
-                thing.heading,
-                thing.radius,
-                thing.corners,
-            )
-            for thing in state.objects
-        )
+        return objects_of(state.objects, {body.name: body.pose for body in self._bodies}, self._things)
 
     def _body(self, body: m.Body) -> SceneBody:
         status = self._state.player(body.name) if self._state is not None else None

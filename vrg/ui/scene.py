@@ -1,9 +1,10 @@
 """The visible state of a match at one instant. This knows no window and draws nothing."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from vrg.bus.messages import Call, Stage, Zone
+from vrg.bus.messages import Call, FieldObject, Stage, Zone
 from vrg.regions import Region
 from vrg.types import Pose, Uncertainty, Vector
 
@@ -114,6 +115,25 @@ class SceneObject:
         if self.is_body and not self.carrier:
             return ""
         return f"{self.name} carried by {self.carrier}" if self.carrier else f"{self.name} in its place"
+
+
+def objects_of(
+    objects: Sequence[FieldObject], robots: Mapping[str, Pose], things: Mapping[str, Pose]
+) -> tuple[SceneObject, ...]:
+    """The things of the game. What is carried is where its carrier is, and a body where the world has it now.
+
+    Args:
+        robots, things: the poses of the robots and of the passive bodies, by name.
+    """
+    found = []
+    for thing in objects:
+        pose = robots.get(thing.carrier or "") or things.get(thing.name) or Pose(thing.x, thing.y, thing.heading)
+        heading = pose.theta if thing.radius or thing.corners else 0.0
+        form = heading, thing.radius, thing.corners
+        found.append(
+            SceneObject(thing.name, thing.kind, thing.team or "", (pose.x, pose.y), thing.carrier or "", *form)
+        )
+    return tuple(found)
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ OBJECTS_LIMIT = 100
 
 
 class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
-    """A thing of the game that is no robot, such as a flag or a ball. Robots drive through one that has no form.
+    """A thing of the game that is no robot, such as a flag or a ball. Robots drive through what is no passive body.
 
     Args:
         name: its name, unique in the match. kind: what it is, such as `flag`.
@@ -90,8 +90,7 @@ class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
         team: the team that it belongs to; None if it belongs to none.
         carrier: the player that carries it; None if none does.
         heading: rad. vx, vy: its velocity in the map's frame, m/s.
-        radius: of a disc, m. corners: of a convex outline in its own frame, m. A thing that is no passive body of the
-            world has neither.
+        radius: of a disc, m. corners: of a convex outline in its own frame, m. What has neither is drawn as a flag.
     """
 
     name: Name
@@ -218,7 +217,7 @@ class Call(Message, frozen=True, kw_only=True):
         rule: the rule's short name, such as `tag` or `out_of_bounds`.
         text: the call in words.
         players: the players that it concerns. poses: the poses of the first of them at that instant, in the same order;
-            those that not everybody may know are left out.
+            those that not everybody may know are left out. A call that concerns no player may have one: where it was.
         clock: the time of play in the round, s.
         answers: the id of the official's decision that this call answers; None if it answers none.
         uncertainty: how well the poses are known, by player, of those for which that is known.

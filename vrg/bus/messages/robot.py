@@ -1,12 +1,13 @@
 """The messages to a robot, and those about a robot besides its sensors' readings."""
 
 import math
+from collections.abc import Mapping
 from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.bus.messages.base import Message, Text
-from vrg.types import STILL, Name, Pose, Seconds, Twist, Uncertainty
+from vrg.bus.messages.base import Message, Text, freeze
+from vrg.types import STILL, FrozenDict, Name, Pose, Seconds, Twist, Uncertainty
 
 LOST = 0.5
 """The time in s after which a robot that nothing outside it has seen is lost."""
@@ -20,12 +21,17 @@ class Drive(Message, frozen=True, kw_only=True):
     Args:
         twist: the motion.
         armed: False means that its motors must be off.
+        use: what its actuators do once, by their names.
     """
 
-    version = 3
+    version = 4
 
     twist: Twist
     armed: bool = True
+    use: Mapping[Name, float] = FrozenDict()
+
+    def __post_init__(self) -> None:
+        freeze(self, "use")
 
 
 class RobotState(Message, frozen=True, kw_only=True):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeVar
 
+from vrg.hal.actuators import Kicker
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.types import Twist, Vector
@@ -27,6 +28,7 @@ class RobotModel:
             fraction of the weight. drive_efficiency: mechanical power divided by electrical power.
         sensors: the specs of its sensors.
         source: where the figures come from.
+        actuators: what it has besides motors, such as a kicker.
         colour: the colour of its body in the pictures of cameras: red, green and blue, 0 to 255.
     """
 
@@ -49,6 +51,7 @@ class RobotModel:
     colour: tuple[int, int, int] = (175, 30, 30)
     delay: float = 0.0
     slowing: float | None = None
+    actuators: tuple[Kicker, ...] = ()
 
     @property
     def size(self) -> Vector:
@@ -63,6 +66,10 @@ class RobotModel:
     def sensor(self, kind: type[P]) -> P | None:
         """The spec of its first sensor of a kind, given by the spec's class, or None where it has none."""
         return next((spec for spec in self.sensors if isinstance(spec, kind)), None)
+
+    def actuator(self, name: str) -> Kicker | None:
+        """The actuator of this name, or None where it has none."""
+        return next((actuator for actuator in self.actuators if actuator.name == name), None)
 
     def spec(self, kind: str, name: str) -> SensorSpec | None:
         """The spec of the sensor of this kind and this name on the robot, or None where it has none."""

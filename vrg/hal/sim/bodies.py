@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.geometry import wrap
+from vrg.hal.actuators import Kicker
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import BodySetup
 from vrg.hal.sim.contact import Contact, Form, Placed, contacts, form_of, moments, placed, rectangle
@@ -24,7 +25,7 @@ from vrg.hal.sim.engines.engine import DRIVE, Engine, Push, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.robot import GRAVITY
 from vrg.portable.scalars import atan2, cos_sin, hypot, square
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 Floats = npt.NDArray[np.float64]
 
@@ -156,6 +157,23 @@ class Bodies:
         body = self._bodies[self.names.index(name)]
         body.put(pose.x, pose.y, wrap(pose.theta))
         body.vx = body.vy = body.w = 0.0
+
+    def kick(self, pose: Pose, twist: Twist, model: RobotModel, kicker: Kicker, speed: float) -> bool:
+        """Kick the discs in front of a robot straight ahead, and return whether there was one.
+
+        Args:
+            pose, twist: those of the robot. speed: that of the kick relative to the robot, m/s.
+        """
+        cos, sin = cos_sin(pose.theta)
+        kicked = False
+        for body in (body for body in self._bodies if not body.form.corners):
+            dx, dy, radius = body.x - pose.x, body.y - pose.y, body.form.radius
+            ahead, aside = dx * cos + dy * sin - model.length / 2 - radius, dy * cos - dx * sin
+            if -radius < ahead <= kicker.reach and abs(aside) <= kicker.width / 2:
+                v = twist.v + speed
+                body.vx, body.vy = v * cos - twist.side * sin, v * sin + twist.side * cos
+                kicked = True
+        return kicked
 
     def step(self, dt: float, before: Floats, after: Floats, velocities: Floats) -> list[Push]:
         """Move the bodies for dt seconds, in which the robots have moved.

@@ -37,6 +37,7 @@ class SimDriver(Driver):
         self._drive_topic = keys.drive(context.name)
         self._states = mailbox.subscribe(keys.robot_state(context.name), sampled=True)
         self._sensors = SensorInlets(keys, mailbox, context.name, context.model.sensors)
+        self._use: dict[str, float] = {}
         self._connected = False
         self._armed = False
         self._agreed = 0.0
@@ -71,6 +72,10 @@ class SimDriver(Driver):
         if not self._armed:
             raise RobotError("expected an armed robot to drive: call arm() first", self.name)
         self._send(twist)
+
+    def use(self, name: str, value: float) -> None:
+        """Use an actuator of the robot once, with the next command."""
+        self._use[name] = value
 
     def read(self) -> Readings:
         """Return the newest readings.
@@ -130,4 +135,6 @@ class SimDriver(Driver):
         now = self._mailbox.now
         if not self._armed:
             self._disarmed = now
-        self._mailbox.publish(self._drive_topic, Drive(twist=twist, armed=self._armed and now > self._disarmed))
+        use, self._use = self._use, {}
+        armed = self._armed and now > self._disarmed
+        self._mailbox.publish(self._drive_topic, Drive(twist=twist, armed=armed, use=use))

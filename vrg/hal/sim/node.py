@@ -123,7 +123,7 @@ class WorldNode(Node):
         for measured in self._measured.take():
             self._measure(measured)
         for drive in self._drives.take():
-            world.drive(name_in(drive.key), drive.body.twist, drive.body.armed)
+            world.drive(name_in(drive.key), drive.body.twist, drive.body.armed, drive.body.use)
 
     def _measure(self, measured: Received[MeasuredPose]) -> None:
         name, body = name_in(measured.key), measured.body

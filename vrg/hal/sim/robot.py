@@ -70,12 +70,14 @@ class VirtualRobot:
         locked: True if the emergency stop has hit the robot and no command that disarms was heard since.
         empty: True if its battery is empty.
         command: the motion that it was last decided to make; None while its wheels are locked.
+        ready: the match time at which each of its actuators can be used again, s, by name.
     """
 
     def __init__(self, name: str, model: RobotModel, row: int = 0) -> None:
         self.name, self.model, self.row = name, model, row
         self.armed = self.locked = self.empty = False
         self.command: Twist | None = None
+        self.ready: dict[str, float] = {}
         self._heard = 0.0
         self._later: deque[tuple[float, Twist]] = deque()
         """The motions that it has not acted on yet, and when it will, s."""

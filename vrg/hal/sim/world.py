@@ -6,12 +6,13 @@ the robot lacks.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState, Thing
 from vrg.errors import ConfigError, WorldError
+from vrg.hal.actuators import UNUSED
 from vrg.hal.models import RobotModel
 from vrg.hal.permission import Permission
 from vrg.hal.sensors.spec import SensorSpec
@@ -78,6 +79,8 @@ class World:
         self._virtual = {robot.name: robot for robot in self._robots if isinstance(robot, VirtualRobot)}
         self._pictures = {setup.name: math.inf for setup in config.robots if setup.camera}
         """The match time until which pictures of a robot's camera are requested, s."""
+        self._uses: list[tuple[VirtualRobot, Mapping[str, float]]] = []
+        """What robots do with actuators at the next tick."""
         self._settled_until = -math.inf
         """The match time up to which every robot goes on as it was last decided, s, if the world hears nothing new."""
         self._decided = True
@@ -151,10 +154,12 @@ class World:
         """
         return Pose(*self._engine.poses[self._engine.row(name)].tolist())
 
-    def drive(self, name: str, twist: Twist, armed: bool) -> None:
+    def drive(self, name: str, twist: Twist, armed: bool, use: Mapping[str, float] = UNUSED) -> None:
         """Take in a drive command. One for a robot that is not in the world is ignored."""
         if name in self._virtual:
             self._virtual[name].drive(self.time, twist, armed=armed, estop=self.estop)
+            if use and twist.is_finite:
+                self._uses.append((self._virtual[name], use))
             self._settled_until = -math.inf
 
     def measure(self, name: str, measured: MeasuredPose, stamp: float) -> None:
@@ -223,11 +228,24 @@ class World:
         before = engine.poses.copy() if self.bodies.names else engine.poses
         engine.step(self.config.tick)
         if self.bodies.names:
+            for robot, use in self._uses:
+                if robot.command is not None:  # it may move
+                    self._kick(robot, use)
             for push in self.bodies.step(self.config.tick, before, engine.poses, engine.velocities):
                 engine.push(push)
+        self._uses.clear()
         if self.tick % _BATTERY_TICKS == 0:
             self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities)
             self._find_empty()
+
+    def _kick(self, robot: VirtualRobot, use: Mapping[str, float]) -> None:
+        place, velocity = self._engine.poses[robot.row], self._engine.velocities[robot.row]
+        for name, value in use.items():
+            kicker = robot.model.actuator(name)
+            if kicker is not None and self.time >= robot.ready.get(name, 0.0):
+                speed = min(max(0.0, value), kicker.most)
+                if self.bodies.kick(Pose(*place.tolist()), Twist(*velocity.tolist()), robot.model, kicker, speed):
+                    robot.ready[name] = self.time + kicker.pause
 
     def _decide(self, now: float) -> None:
         """Decide what each virtual robot does at match time `now`, s."""

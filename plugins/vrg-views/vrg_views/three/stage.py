@@ -83,7 +83,7 @@ class BatchMaker:
         found = []
         for model in dict.fromkeys(self.model(body.name) for body in scene.bodies):
             found += self._robots_of(model, [b for b in scene.bodies if self.model(b.name) is model], scene, styles)
-        return [*found, *self._signs(scene, styles), *_flags(scene), _flashes(scene)]
+        return [*found, *self._signs(scene, styles), *_flags(scene), *_things(scene), _flashes(scene)]
 
     def _robots_of(
         self, model: RobotModel, bodies: Sequence[SceneBody], scene: Scene, styles: Mapping[str, Style]
@@ -199,24 +199,38 @@ def _painted(body: SceneBody, scene: Scene, style: Style) -> Rgb:
 
 def _flags(scene: Scene) -> list[Batch]:
     """Flags on poles: in their places, or upright behind on the robot that carries them."""
-    if not scene.objects:
+    flags = [thing for thing in scene.objects if not thing.is_body]
+    if not flags:
         return []
     poses = {body.name: body.pose for body in scene.bodies}
-    game, count = game_of(scene.game), len(scene.objects)
-    lifted = np.array([0.2 * (thing.carrier in poses) for thing in scene.objects], dtype=np.float32)
-    places = np.column_stack((np.array([thing.at for thing in scene.objects]), lifted)).astype(np.float32)
+    game, count = game_of(scene.game), len(flags)
+    lifted = np.array([0.2 * (thing.carrier in poses) for thing in flags], dtype=np.float32)
+    places = np.column_stack((np.array([thing.at for thing in flags]), lifted)).astype(np.float32)
     # What is carried streams behind its carrier; the others sway in the wind.
     yaws = [
         poses[thing.carrier].theta + math.pi if thing.carrier in poses
         else 0.5 + 0.25 * math.sin(1.7 * scene.time + number)
-        for number, thing in enumerate(scene.objects)
+        for number, thing in enumerate(flags)
     ]  # fmt: skip
     turns, ones = _turned(np.array(yaws)), np.ones((count, 3), dtype=np.float32)
-    colours = np.array([game.team_style(thing.team).colour for thing in scene.objects], dtype=np.uint8)
+    colours = np.array([game.team_style(thing.team).colour for thing in flags], dtype=np.uint8)
     return [
         Batch("flags/poles", _FLAG_POLE, places, turns, ones, _same(palette.BORDER, count)),
         Batch("flags/cloths", _CLOTH, places, turns, ones, colours),
     ]
+
+
+def _things(scene: Scene) -> list[Batch]:
+    """Balls, boxes and the like, as high as the game says."""
+    game, found = game_of(scene.game), []
+    for thing in (thing for thing in scene.objects if thing.is_body):
+        style = game.thing_style(thing.kind, thing.team)
+        corners = circle(thing.radius) if thing.radius else thing.corners
+        place = _floats([(*thing.at, 0.0)])
+        turns, ones = _turned(np.array([thing.heading])), np.ones((1, 3), dtype=np.float32)
+        solid = prism(corners, 0.0, style.height)
+        found.append(Batch(f"things/{thing.name}", solid, place, turns, ones, _same(style.colour, 1)))
+    return found
 
 
 def _flashes(scene: Scene) -> Batch:

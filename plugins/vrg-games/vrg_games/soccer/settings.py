@@ -1,0 +1,77 @@
+"""The [rules] of soccer: the field and its numbers. The field is about the map's origin; reds attack along +x."""
+
+from pydantic import Field as Setting
+from pydantic import model_validator
+
+from vrg.regions import Circle, Rectangle
+from vrg.tables import Table
+from vrg.types import Vector
+from vrg_games.soccer import BLUES, REDS
+
+SIDE = {REDS: -1.0, BLUES: 1.0}
+"""The sign of x at a team's own goal."""
+
+
+class Settings(Table):
+    """The [rules] table of a match file; lengths are in m, times in s of play.
+
+    Args:
+        length, width: those of the field. goal: the width of a goal. depth: its depth.
+        area_length, area_width: those of a defence area. circle: the radius of the centre circle.
+        distance: how far opponents stay away from a free kick. inside: how far inside the lines kicks are taken.
+        kick_time: until a free kick is over that nobody takes. stuck: until a ball without progress is moved.
+        time: that of the match.
+    """
+
+    length: float = Setting(6.0, ge=2, le=100)
+    width: float = Setting(4.0, ge=1, le=100)
+    goal: float = Setting(1.0, ge=0.2, le=50)
+    depth: float = Setting(0.18, ge=0.05, le=5)
+    area_length: float = Setting(0.8, ge=0.1, le=20)
+    area_width: float = Setting(1.6, ge=0.2, le=50)
+    circle: float = Setting(0.5, ge=0.1, le=10)
+    distance: float = Setting(0.5, ge=0, le=10)
+    inside: float = Setting(0.2, ge=0.05, le=5)
+    kick_time: float = Setting(8.0, ge=1, le=60)
+    stuck: float = Setting(8.0, ge=2, le=60)
+    time: float = Setting(120.0, gt=0, le=1e5)
+
+    @model_validator(mode="after")
+    def _fits(self) -> "Settings":
+        if not self.goal <= self.area_width <= self.width or self.area_length >= self.length / 2:
+            raise ValueError("expected goal <= area_width <= width, and area_length below half of the length")
+        return self
+
+    @property
+    def field(self) -> Rectangle:
+        """The field."""
+        return Rectangle(-self.length / 2, -self.width / 2, self.length / 2, self.width / 2)
+
+    @property
+    def middle(self) -> Circle:
+        """The centre circle."""
+        return Circle(0.0, 0.0, self.circle)
+
+    def goal_of(self, team: str) -> Rectangle:
+        """The goal that a team defends."""
+        near = self.length / 2
+        return self._mirrored(team, near, near + self.depth, self.goal)
+
+    def area_of(self, team: str) -> Rectangle:
+        """The defence area of a team."""
+        return self._mirrored(team, self.length / 2 - self.area_length, self.length / 2, self.area_width)
+
+    def legal(self, x: float, y: float) -> Vector:
+        """The nearest place for a kick: inside the lines, and in front of defence areas."""
+        far, aside = self.length / 2 - self.inside, self.width / 2 - self.inside
+        x, y = min(max(x, -far), far), min(max(y, -aside), aside)
+        if abs(y) <= self.area_width / 2 + self.inside:
+            free = self.length / 2 - self.area_length - self.inside
+            x = min(max(x, -free), free)
+        return x, y
+
+    @staticmethod
+    def _mirrored(team: str, near: float, far: float, width: float) -> Rectangle:
+        if SIDE[team] > 0.0:
+            return Rectangle(near, -width / 2, far, width / 2)
+        return Rectangle(-far, -width / 2, -near, width / 2)
