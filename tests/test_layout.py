@@ -293,7 +293,7 @@ BUDGETS = {
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_100,  # with passive bodies that are placed and published, and a standing that is kept
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
-    "hal": 1_610,  # actuators; the permission of robots, which the world uses too; samples that are made when they are looked at
+    "hal": 1_610,  # actuators; the permission of robots, which the world uses too; samples that are made when looked at
     "shared values": 1_865,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_168,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_506,  # with words and sketches that are rounded, and beams that are computed once

@@ -139,6 +139,7 @@ class Bodies:
         ]
         robots = () if engine is None else zip(engine.models, engine.masses, engine.kinematic.tolist(), strict=True)
         self._robots = [_robot(model, 0.0 if carried else 1.0 / mass) for model, mass, carried in robots]
+        self._reaches: Floats = np.array([robot.form.radius + 0.1 for robot in self._robots])
         self._forces = [] if engine is None else [DRIVE * m.brake * m.mass for m in engine.models]
         """The force with which each robot can push, N."""
         self._places: Floats = np.array([(wall.x, wall.y, wall.form.radius) for wall in self._walls]).reshape(-1, 3)
@@ -228,17 +229,13 @@ class Bodies:
         """The pairs of a body and a robot that may touch in this tick, of which one moves."""
         if not (self._bodies and len(after)):
             return []
-        moving = (velocities.any(axis=1) | (before != after).any(axis=1)).tolist()
-        rows = list(enumerate(zip(after[:, :2].tolist(), self._robots, moving, strict=True)))
-        found = []
-        for number, body in enumerate(self._bodies):
-            reach = body.form.radius + dt * hypot(body.vx, body.vy)
-            for row, ((x, y), robot, moves) in rows:
-                far = reach + robot.form.radius + 0.1
-                dx, dy = body.x - x, body.y - y
-                if (moves or body.moves) and dx * dx + dy * dy < far * far:
-                    found.append((number, row))
-        return found
+        robots = velocities.any(axis=1) | (before != after).any(axis=1)
+        x, y, reach, moves = np.array(
+            [(b.x, b.y, b.form.radius + dt * hypot(b.vx, b.vy), b.moves) for b in self._bodies]
+        ).T[:, :, None]
+        dx, dy, far = x - after[:, 0], y - after[:, 1], reach + self._reaches
+        near = (dx * dx + dy * dy < far * far) & (robots | (moves > 0.0))
+        return [(number, row) for number, row in np.argwhere(near).tolist()]
 
     def _steps(self, dt: float, awake: Sequence[int], speeds: dict[int, tuple[float, float, float]]) -> int:
         """The number of steps in which nothing moves farther than half of the smallest radius."""
@@ -301,31 +298,31 @@ class Bodies:
 
     def _collide(self, pairs: Sequence[tuple[Rigid, Rigid, int]]) -> None:
         """Bounce what touches, and move it apart. Robots and walls stay where they are."""
+        touching = [contacts(a.at, b.at) for a, b, _ in pairs]
         touches = []
-        for a, b, row in pairs:
-            found = contacts(a.at, b.at)
-            if not found:
-                continue
+        for (a, b, row), found in zip(pairs, touching, strict=True):
             touches += [_Touch(a, b, contact) for contact in found]
-            if row >= 0:
+            if found and row >= 0:
                 self.touched[row] = found[0].x, found[0].y
         for _ in range(_ROUNDS if touches else 0):
             if max([touch.press() for touch in touches]) < _SETTLED:
                 break
-        free = {id(body) for body in self._bodies}
+        free, moved = {id(body) for body in self._bodies}, set[int]()
         for _ in range(_ROUNDS):
-            apart = True
-            for a, b, _ in pairs:
-                for contact in sorted(contacts(a.at, b.at), key=lambda c: -c.depth)[:1]:
-                    if contact.depth <= _SLACK:
-                        continue
-                    apart = False
-                    share = a.eases / (a.eases + b.eases) if id(b) in free else 1.0
-                    for body, part in ((a, share), (b, share - 1.0)):
-                        if part:
-                            way = part * (contact.depth + _SLACK)
-                            body.put(body.x + way * contact.nx, body.y + way * contact.ny, body.theta)
-            if apart:
+            before, moved = moved, set[int]()
+            for number, (a, b, _) in enumerate(pairs):
+                if not {id(a), id(b)}.isdisjoint(before | moved):
+                    touching[number] = contacts(a.at, b.at)
+                deepest = max(touching[number], key=lambda contact: contact.depth, default=None)
+                if deepest is None or deepest.depth <= _SLACK:
+                    continue
+                share = a.eases / (a.eases + b.eases) if id(b) in free else 1.0
+                for body, part in ((a, share), (b, share - 1.0)):
+                    if part:
+                        way = part * (deepest.depth + _SLACK)
+                        body.put(body.x + way * deepest.nx, body.y + way * deepest.ny, body.theta)
+                        moved.add(id(body))
+            if not moved:
                 return
 
     def _back(self, robot: Rigid, near: Sequence[int]) -> tuple[float, float]:

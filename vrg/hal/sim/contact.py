@@ -19,10 +19,12 @@ class Form(NamedTuple):
     Args:
         corners: of a convex outline, counter-clockwise, m; none of a disc.
         radius: of the disc, or of the circle around the outline about the body's origin, m.
+        normals: the outward unit normal of the edge that begins at each corner.
     """
 
     corners: tuple[Vector, ...]
     radius: float
+    normals: tuple[Vector, ...] = ()
 
 
 def moments(corners: Sequence[Vector]) -> tuple[float, Vector, float]:
@@ -42,12 +44,13 @@ def moments(corners: Sequence[Vector]) -> tuple[float, Vector, float]:
 
 
 class Placed(NamedTuple):
-    """A form in the map's frame: the origin of the body and the corners of its outline, m."""
+    """A form in the map's frame: the origin of the body, and the corners and the normals of its outline, m."""
 
     x: float
     y: float
     corners: Sequence[Vector]
     radius: float
+    normals: Sequence[Vector] = ()
 
 
 class Contact(NamedTuple):
@@ -66,7 +69,10 @@ class Contact(NamedTuple):
 
 def form_of(radius: float, corners: Sequence[Vector]) -> Form:
     """The form of a disc with a radius, m, or else of a convex outline with corners, counter-clockwise, m."""
-    return Form((), radius) if radius else Form(tuple(corners), max(hypot(x, y) for x, y in corners))
+    if radius:
+        return Form((), radius)
+    edges = zip(corners, [*corners[1:], *corners[:1]], strict=True)
+    return Form(tuple(corners), max(hypot(x, y) for x, y in corners), tuple(_normal(*p, *q) for p, q in edges))
 
 
 def rectangle(length: float, width: float) -> Form:
@@ -80,7 +86,8 @@ def placed(form: Form, x: float, y: float, heading: float) -> Placed:
     if not form.corners:
         return Placed(x, y, (), form.radius)
     c, s = cos_sin(heading)
-    return Placed(x, y, [(x + c * u - s * v, y + s * u + c * v) for u, v in form.corners], form.radius)
+    corners = [(x + c * u - s * v, y + s * u + c * v) for u, v in form.corners]
+    return Placed(x, y, corners, form.radius, [(c * u - s * v, s * u + c * v) for u, v in form.normals])
 
 
 def contacts(a: Placed, b: Placed) -> list[Contact]:
@@ -89,29 +96,28 @@ def contacts(a: Placed, b: Placed) -> list[Contact]:
     if dx * dx + dy * dy >= reach * reach:
         return []
     if a.corners and b.corners:
-        return _outlines(a.corners, b.corners)
+        return _outlines(a, b)
     if a.corners:
         return [Contact(c.x, c.y, -c.nx, -c.ny, c.depth) for c in contacts(b, a)]
     if b.corners:
-        return _disc_and_outline(a, b.corners)
+        return _disc_and_outline(a, b)
     distance = hypot(dx, dy)
     nx, ny = (dx / distance, dy / distance) if distance else (1.0, 0.0)
     return [Contact(b.x + nx * b.radius, b.y + ny * b.radius, nx, ny, reach - distance)]
 
 
-def _disc_and_outline(a: Placed, corners: Sequence[Vector]) -> list[Contact]:
+def _disc_and_outline(a: Placed, b: Placed) -> list[Contact]:
     """The contact of a disc with an outline: with its nearest edge, or with a corner."""
-    distance, edge = _farthest_edge(corners, ((a.x, a.y),))
+    distance, edge = _farthest_edge(b, ((a.x, a.y),), a.radius)
     if distance >= a.radius:
         return []
+    corners, (nx, ny) = b.corners, b.normals[edge]
     (px, py), (qx, qy) = corners[edge], corners[(edge + 1) % len(corners)]
-    nx, ny = _normal(px, py, qx, qy)
     if distance > 0.0:
-        along = (a.x - px) * -ny + (a.y - py) * nx  # from the edge's first end
         end = None
-        if along < 0.0:
+        if (a.x - px) * -ny + (a.y - py) * nx < 0.0:
             end = px, py
-        elif along > hypot(qx - px, qy - py):
+        elif (a.x - qx) * -ny + (a.y - qy) * nx > 0.0:
             end = qx, qy
         if end is not None:
             dx, dy = a.x - end[0], a.y - end[1]
@@ -120,12 +126,12 @@ def _disc_and_outline(a: Placed, corners: Sequence[Vector]) -> list[Contact]:
     return [Contact(a.x - nx * distance, a.y - ny * distance, nx, ny, a.radius - distance)]
 
 
-def _outlines(a: Sequence[Vector], b: Sequence[Vector]) -> list[Contact]:
+def _outlines(a: Placed, b: Placed) -> list[Contact]:
     """The contacts of two outlines along the axis along which they overlap least."""
-    of_b, edge_b = _farthest_edge(b, a)
+    of_b, edge_b = _farthest_edge(b, a.corners, 0.0)
     if of_b >= 0.0:
         return []
-    of_a, edge_a = _farthest_edge(a, b)
+    of_a, edge_a = _farthest_edge(a, b.corners, 0.0)
     if of_a >= 0.0:
         return []
     # A little is in favour of one, so that two equal edges do not take turns.
@@ -134,37 +140,36 @@ def _outlines(a: Sequence[Vector], b: Sequence[Vector]) -> list[Contact]:
     return _clipped(a, edge_a, b, -1.0)
 
 
-def _farthest_edge(corners: Sequence[Vector], points: Sequence[Vector]) -> tuple[float, int]:
+def _farthest_edge(outline: Placed, points: Sequence[Vector], enough: float) -> tuple[float, int]:
     """The edge of an outline in front of which all points are, as far as possible: that distance in m, and its number.
 
-    The distance is negative if a point is behind each edge.
+    The distance is negative if a point is behind each edge. From `enough` on, m, another one may be farther.
     """
     best, found = -math.inf, 0
-    for number, (px, py) in enumerate(corners):
-        qx, qy = corners[(number + 1) % len(corners)]
-        nx, ny = _normal(px, py, qx, qy)
-        least = min((x - px) * nx + (y - py) * ny for x, y in points)
-        if least > best:
-            best, found = least, number
+    for number, ((px, py), (nx, ny)) in enumerate(zip(outline.corners, outline.normals, strict=True)):
+        offset, least = px * nx + py * ny, math.inf
+        for x, y in points:
+            along = x * nx + y * ny
+            least = min(least, along)
+        if least - offset > best:
+            best, found = least - offset, number
+            if best >= enough:
+                break
     return best, found
 
 
-def _clipped(reference: Sequence[Vector], edge: int, other: Sequence[Vector], side: float) -> list[Contact]:
+def _clipped(reference: Placed, edge: int, other: Placed, side: float) -> list[Contact]:
     """The contacts at an edge of the reference: the facing edge of the other outline, as far as it is beside it.
 
     Args:
         side: 1 if the normal of the contacts is that of the edge, -1 if it is the opposite one.
     """
-    (px, py), (qx, qy) = reference[edge], reference[(edge + 1) % len(reference)]
-    nx, ny = _normal(px, py, qx, qy)
-    facing, least = 0, math.inf
-    for number, (x0, y0) in enumerate(other):
-        x1, y1 = other[(number + 1) % len(other)]
-        mx, my = _normal(x0, y0, x1, y1)
-        if (product := mx * nx + my * ny) < least:
-            least, facing = product, number
-    first, second = other[facing], other[(facing + 1) % len(other)]
-    length = hypot(qx - px, qy - py)
+    corners, (nx, ny) = reference.corners, reference.normals[edge]
+    (px, py), (qx, qy) = corners[edge], corners[(edge + 1) % len(corners)]
+    products = [mx * nx + my * ny for mx, my in other.normals]
+    facing = products.index(min(products))
+    first, second = other.corners[facing], other.corners[(facing + 1) % len(other.corners)]
+    length = (qx - px) * -ny + (qy - py) * nx
     found = []
     (ua, da), (ub, db) = (((x - px) * -ny + (y - py) * nx, (x - px) * nx + (y - py) * ny) for x, y in (first, second))
     for u, d, v, e in ((ua, da, ub, db), (ub, db, ua, da)):
