@@ -27,7 +27,7 @@ import numpy as np
 
 from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.engines import MUJOCO, check_installed
-from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, Push, Start, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
 from vrg.hal.sim.map import Map
 from vrg.portable.arrays import cos_sin_array
@@ -96,9 +96,6 @@ class MujocoEngine(Engine):
 
     def _placed(self, row: int) -> None:
         self._traction.release(row)
-
-    def _pushed(self, push: Push) -> None:
-        """Do nothing: the next step begins with these poses and velocities."""
 
     def _moved(self, row: int, way: float, turn: float) -> None:
         """Do nothing: the next step moves the body there."""
