@@ -25,6 +25,7 @@ def default_of(game: Game) -> Learning:
     first = book.initial()
     zones = {zone.name: zone.region for zone in book.zones(first)}
     things = {thing.name: (thing.x, thing.y) for thing in first.objects}
+    things |= {name: (body.pose.x, body.pose.y) for name, body in book.bodies.items()}
     starts = [(player.x, player.y, player.x, player.y) for player in setup.players]
     around = surrounding([*(region.bounds for region in zones.values()), *starts])
     roles = [role.name for role in game.roles]

@@ -13,6 +13,7 @@ from msgspec import structs
 
 from batch import test_roboflag, test_sharks_and_minnows
 from batch.refereeing import Singles
+from vrg.config.files import BodyEntry
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
@@ -166,3 +167,6 @@ def test_a_match_that_needs_more_than_poses_is_refused() -> None:
         Batch(load_match(match_path("pursuit-evasion")), 1)
     with pytest.raises(ConfigError, match="expected a match without `sight`"):
         Batch(structs.replace(test_roboflag.SETUP, sight=3.0), 1)
+    ball = BodyEntry(name="ball", kind="ball", x=0.0, y=0.0, radius=0.1)
+    with pytest.raises(ConfigError, match=r"expected a match without \[\[bodies\]\]"):
+        Batch(structs.replace(test_roboflag.SETUP, bodies=[ball]), 1)

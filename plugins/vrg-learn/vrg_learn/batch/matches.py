@@ -66,6 +66,8 @@ class Batch:
     ) -> None:
         if setup.physical:
             raise ConfigError(f"{setup.origin}: {', '.join(setup.physical)}: only virtual robots can play in a batch")
+        if setup.bodies:
+            raise ConfigError(f"{setup.origin}: expected a match without [[bodies]]: a batch moves robots alone")
         if setup.sight is not None:
             raise ConfigError(f"{setup.origin}: expected a match without `sight`: in a batch players see everybody")
         self.players = [player.name for player in setup.players]
