@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.world_bench import config
 from vrg.bus.messages import PlayerStatus, RefereeState, Stage
+from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.touch import Touch
@@ -101,7 +103,7 @@ def test_a_box_that_is_hit_beside_its_middle_turns() -> None:
     for _ in range(60):
         bodies.step(DT, NOBODY, NOBODY, NOBODY)
     assert box.w < -0.1
-    inertia = 1.0 / box.turns
+    inertia = 1.0 / box.inverse_inertia
     # The moment about the origin, at which the box began, is that with which the ball came.
     moment = inertia * box.w + 5.0 * (box.x * box.vy - box.y * box.vx)
     assert moment + 2.0 * (first.x * first.vy - first.y * first.vx) == pytest.approx(-0.15 * 2.0 * 2.0, rel=1e-3)
@@ -206,7 +208,7 @@ def test_a_bumper_feels_a_box(engine: str) -> None:
     for _ in range(20):
         drive(made, DT, Twist(0.5, 0.0))
         touched += [reading for _, _, reading in made.sense() if isinstance(reading, Touch)]
-    assert any(reading.pressed for reading in touched)
+    assert any(reading.pressed[0] for reading in touched)
     made.close()
 
 
@@ -252,3 +254,103 @@ def test_a_body_that_has_no_room_is_named() -> None:
     ]
     with pytest.raises(ConfigError, match="overlaps r"):
         World(config(("r", 0.0, 0.0, 0.0), bodies=(BALL,)))
+
+
+def test_what_is_pushed_against_a_robot_that_stands_does_not_press_it_into_a_wall(engine: str) -> None:
+    bodies = (replace(BALL, mass=0.3, radius=0.05, pose=Pose(29.2, -20.0, 0.0)),)
+    robots = ("a", 28.2, -20.0, 0.0), ("b", 29.55, -20.0, 0.0)
+    made = World(config(*robots, engine=engine, map="courtyard", noise=False, bodies=bodies))
+    for _ in range(400):
+        made.referee(_state(*made.names), made.time)
+        made.drive("a", Twist(0.7, 0.0), armed=True)
+        made.drive("b", STILL, armed=True)
+        made.step()
+        assert made.pose("b").x <= 29.85 - 0.25 + 0.02, "the wall begins at 29.85"
+    made.close()
+
+
+def test_what_was_woken_up_touches_what_comes_after_it() -> None:
+    one = replace(BALL, friction=0.0, restitution=1.0)
+    places = {"a": Pose(0.0, 0.21, 0.0), "b": Pose(0.0, 0.0, 0.0), "c": Pose(1.0, 0.0, 0.0)}
+    bodies, (a, b, c) = alone(*(replace(one, name=name, pose=pose) for name, pose in places.items()))
+    a.vy, c.vx = 1e-3, -0.5
+    least = math.inf
+    for _ in range(200):
+        bodies.step(DT, NOBODY, NOBODY, NOBODY)
+        least = min(least, math.dist((b.x, b.y), (c.x, c.y)))
+    assert least > 0.2 - 1e-6
+    assert c.vx > -0.1
+
+
+def test_what_is_hit_within_a_tick_does_not_pass_through_a_robot() -> None:
+    one = replace(BALL, friction=0.0, restitution=1.0)
+    bodies = replace(one, name="a", pose=Pose(0.9, 0.0, 0.0)), replace(one, name="b", pose=Pose(0.351, 0.0, 0.0))
+    made = world("planar", *bodies, robots=(("r", 0.0, 0.0, 0.0),))
+    (_, first), (_, second) = made.bodies
+    first.vx = -7.0
+    for _ in range(100):
+        drive(made, DT, STILL)
+        assert second.x > 0.3
+    made.close()
+
+
+def test_what_is_put_onto_a_robot_makes_room() -> None:
+    made = world("planar", BALL, robots=(("r", 3.0, 0.0, 0.0),))
+    drive(made, 0.2, STILL)
+    place(made, {"ball": Pose(3.02, 0.0, 0.0)})
+    drive(made, 0.2, STILL)
+    ((_, ball),) = made.bodies
+    assert math.dist((ball.x, ball.y), (3.0, 0.0)) >= 0.25 + 0.1 - 1e-6
+    made.close()
+
+
+def test_a_heavy_box_that_slides_pushes_a_robot_along(engine: str) -> None:
+    made = world(engine, replace(BOX, mass=60.0, pose=Pose(-0.8, 0.0, 0.0)), robots=(("r", 0.0, 0.0, 0.0),))
+    drive(made, 0.2, STILL)
+    ((_, box),) = made.bodies
+    box.vx = 3.0
+    drive(made, 3.0, STILL)
+    assert made.pose("r").x > 0.05
+    assert not box.moves
+    made.close()
+
+
+def test_a_bumper_goes_on_feeling_what_stands_at_it() -> None:
+    made = world("planar", BOX)
+    drive(made, 0.2, STILL)
+    place(made, {"box": Pose(-0.501, 0.0, 0.0)})
+    for seconds, pressed in ((1.0, True), (1.0, False)):
+        found = []
+        for _ in range(round(seconds / DT)):
+            drive(made, DT, STILL if pressed else Twist(-0.5, 0.0))
+            found += [reading for _, _, reading in made.sense() if isinstance(reading, Touch)]
+        assert found[-1].pressed[0] is pressed
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("radius = 0.1\nsize = [0.1, 0.1]", "expected one of radius, size and corners, got radius and size"),
+        ("", "expected one of radius, size and corners, got none"),
+        ("corners = []", "expected three corners or more"),
+        ("corners = [[0, 0], [0.2, 0], [0.2, 0], [0.2, 0.2]]", "expected three corners or more"),
+        ("corners = [[0, 0], [0, 0.2], [0.2, 0.2], [0.2, 0]]", "convex polygon, counter-clockwise"),
+        ("radius = nan", "finite"),
+    ],
+)
+def test_a_match_file_says_what_is_wrong_with_a_body(tmp_path: Path, table: str, said: str) -> None:
+    text = match_path("practice").read_text()
+    file = tmp_path / "match.toml"
+    file.write_text(f'{text}\n[[bodies]]\nname = "it"\nkind = "it"\nx = 20.0\ny = -20.0\n{table}\n')
+    with pytest.raises(ConfigError, match=said):
+        load_match(file)
+
+
+def test_a_match_has_no_more_bodies_than_messages_can_carry(tmp_path: Path) -> None:
+    text = match_path("practice").read_text()
+    for n in range(81):
+        text += f'\n[[bodies]]\nname = "b{n}"\nkind = "b"\nx = {17 + 0.1 * n}\ny = -20.0\nradius = 0.02\n'
+    (tmp_path / "match.toml").write_text(text)
+    with pytest.raises(ConfigError, match="bodies"):
+        load_match(tmp_path / "match.toml")

@@ -18,6 +18,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Bid, Links, RefereeState, Sight, Sighting, Sightings, Sketch, Stroke
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
+from vrg.hal.actuators import UNUSED
 from vrg.hal.models import RobotModel
 from vrg.shared import shared
 from vrg.types import Vector, quantised
@@ -73,7 +74,8 @@ def usable(use: Mapping[str, float], robot: RobotModel | None = None) -> dict[st
         robot: whose actuators they are; None where only its player knows it.
 
     Raises:
-        ValueError: it has no such actuator, or a value is not finite. TypeError: one is no number.
+        ValueError: it has no such actuator, or a value is not finite. OverflowError: it is too large for a float.
+        TypeError, AttributeError: it is no number, or no table.
     """
     found = {}
     for name, value in use.items():
@@ -81,9 +83,10 @@ def usable(use: Mapping[str, float], robot: RobotModel | None = None) -> dict[st
         if robot is not None and actuator is None:
             known = ", ".join(actuator.name for actuator in robot.actuators) or "none"
             raise ValueError(f"expected an actuator of {robot.name} ({known}), got {name!r}")
-        if not math.isfinite(wanted := quantised(float(value))):
+        wanted = float(value)
+        if not math.isfinite(wanted):
             raise ValueError(f"expected a finite value for {name}, got {value}")
-        found[str(name)] = wanted if actuator is None else min(max(wanted, 0.0), actuator.most)
+        found[str(name)] = quantised(wanted if actuator is None else min(max(wanted, 0.0), actuator.most))
     return found
 
 
@@ -108,7 +111,7 @@ def sendable(action: Action) -> tuple[Payload, list[str]]:
         None
         if action.sketch is None
         else attempt("sketch", lambda: checked(Sketch(strokes=tuple(map(_drawn, action.sketch or ())))), None),
-        attempt("use", lambda: usable(action.use), {}) if action.use else {},
+        attempt("use", lambda: usable(action.use), {}) if action.use is not UNUSED else {},
     )
     return payload, problems
 

@@ -21,6 +21,7 @@ from vrg.bus.messages import PlayerStatus, RefereeState, Report, shortened
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError
+from vrg.hal.actuators import UNUSED
 from vrg.hal.device import Device
 from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.hal.readings import Readings
@@ -166,10 +167,10 @@ class Player(Node):
         elif self._manual:
             self._mode = "Manual"
         wanted, use = manual or (action.twist if sensible else STILL), {}
-        if action.use and not self._manual and view.me.lease is None:
+        if action.use is not UNUSED and sensible and not self._manual and view.me.lease is None:
             try:
                 use = usable(action.use, self._device.features)
-            except (TypeError, ValueError, AttributeError) as error:
+            except (TypeError, ValueError, AttributeError, OverflowError) as error:
                 if self._warn_once(str(error)):
                     log.warning("%s", self._strategy.complaint(f"use left out: {error}"))
         try:

@@ -10,6 +10,7 @@ from vrg.agents.radio import TeamMessage
 from vrg.blame import DecisionTimeoutError, DeferredError, failure_of, place_of_method
 from vrg.bus.messages import FieldObject, PlayerStatus, RefereeState, Sighting, Stroke
 from vrg.errors import StrategyError
+from vrg.hal.actuators import UNUSED
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
@@ -35,7 +36,7 @@ class Action(Struct, frozen=True, gc=False):
     sightings: Sequence[Sighting] = ()
     bids: Mapping[str, float | None] = {}
     sketch: Sequence[Stroke] | None = None
-    use: Mapping[str, float] = {}
+    use: Mapping[str, float] = UNUSED
 
 
 class View(Struct, frozen=True, gc=False):

@@ -23,6 +23,10 @@ HERE = "here"
 """The name of the machine where the match is launched."""
 PLACED = tuple(kind.process for kind in (ROUTER, WORLD, COORDINATOR, RECORDER, SPECTATOR))
 """The names of the processes of every match, which may be placed. Other views run where the match is launched."""
+BODIES_LIMIT = 80
+"""The most passive bodies of a match: they and the game's own things have room in a message."""
+SMALLEST_EDGE = 0.001
+"""The length of the shortest edge of a body, m."""
 RESERVED = ("router-", "host-", "drives-")
 """The beginnings of the names of further processes and logs, in a match that spans several machines."""
 
@@ -98,6 +102,9 @@ def _default_engine() -> str:
 
 
 def _convex(value: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    edges = zip(value, [*value[1:], *value[:1]], strict=True)
+    if len(value) < 3 or any(math.dist(a, b) < SMALLEST_EDGE for a, b in edges):
+        raise ValueError(f"expected three corners or more, {SMALLEST_EDGE:g} m apart")
     Polygon(value)  # raises a ValueError
     return value
 
@@ -358,4 +365,4 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     machines: Annotated[dict[str, Machine], Constraint(_machine_names)] = {}
     place: dict[str, str] = {}
     players: Sequence[PlayerEntry]
-    bodies: Sequence[BodyEntry] = ()
+    bodies: Annotated[list[BodyEntry], Constraint(max_length=BODIES_LIMIT)] = []

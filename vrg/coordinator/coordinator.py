@@ -202,7 +202,7 @@ class Coordinator(Node):
             poses = {name: body.pose for name, body in bodies.items()}
             pushed = self._pushed(bodies, self._field) if self.match.stage is Stage.PLAY_ROUND else frozenset()
             known = {name: body.uncertainty for name, body in bodies.items() if body.uncertainty is not None}
-            things = {thing.name: thing for thing in received.body.things}
+            things = {thing.name: thing for thing in sorted(received.body.things, key=lambda thing: thing.name)}
             self._field = Observation(poses, moving, physical, received.stamp, pushed, offers, sightings, known, things)
             lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
             self._attendance.lost = lost + [name for name in self._unseen(now) if name not in physical]

@@ -31,6 +31,8 @@ ROUND_PAUSE = 2.0
 """The match time in s that ROUND_OVER lasts, so that everybody sees how the round ended."""
 PLACE_AGAIN = 10.0
 """The match time in s after which players that are still not on their marks are put there again."""
+SPOT_TOLERANCE, SPOT_PATIENCE = 0.01, 1.0
+"""How far a passive body may be from its spot before a round, m; how long it is waited for to be put there, s."""
 JUMP = 0.5
 """The distance in m beyond what it can drive between two looks from which a robot has not driven there."""
 MAX_REASON_LENGTH = 1500
@@ -89,8 +91,8 @@ class Match:
         self.game = book.initial()
         self._before: Observation | None = None
         self._place_at = book.lineup_limit
-        self._spotted = False
-        """True if passive bodies were put where they are before this round."""
+        self._asked_at: float | None = None
+        """The time in the stage at which it was asked to put passive bodies on their spots, s."""
         self._ground: tuple[Any, tuple[Zone, ...]] | None = None
         """A state of the game, and the zones in it."""
         self._plain: tuple[Any, dict[str, Any]] | None = None
@@ -151,7 +153,7 @@ class Match:
         self._reasons = [] if standing.halted is None else [standing.halted]
         self._before = before if self.stage is Stage.PLAY_ROUND and not self._reasons else None
         self._place_at = self._place_at if place_at is None else place_at
-        self._spotted = False
+        self._asked_at = None
 
     def _take_up(self, standing: Checkpoint) -> None:
         self.stage, self.winner = standing.stage, standing.winner
@@ -334,7 +336,7 @@ class Match:
         self._before = None
         self._pushed = {}
         self._place_at = self._book.lineup_limit
-        self._spotted = False
+        self._asked_at = None
         return stage
 
     def _initialize(self, now: Observation, absent: Sequence[str]) -> Effects:
@@ -347,8 +349,12 @@ class Match:
             limit = f" of at most {self._place_at:.0f} s" if late and not absent else ""
             self.waiting[0] = f"the line-up ({self.in_stage:.0f} s{limit}): {self.waiting[0]}"
         self.waiting = [*absent, *self.waiting]
-        if not self.waiting and (spots := self._to_spots(now)):
+        spots = {} if self.waiting else self._to_spots(now)
+        if spots and self._asked_at is None:
+            self._asked_at = self.in_stage
             return Effects(place=spots)
+        if spots and self._asked_at is not None and self.in_stage - self._asked_at < SPOT_PATIENCE:
+            return Effects()
         if not self.waiting:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
@@ -372,10 +378,10 @@ class Match:
         return Effects([Call(rule="placed" if virtual else "late", text="; ".join(texts))], place=virtual)
 
     def _to_spots(self, now: Observation) -> dict[str, Pose]:
-        """Where passive bodies are put before the round. That is asked for once: a robot may stand there."""
-        wanted = {} if self._spotted else self._book.spots(self.game)
-        self._spotted = True
-        return {name: spot for name, spot in wanted.items() if name in now.things and now.things[name].pose != spot}
+        """Where passive bodies are put before the round that are not there. A robot may stand there, so this is asked
+        for once, and not waited for long."""
+        spots = {name: spot for name, spot in self._book.spots(self.game).items() if name in now.things}
+        return {name: spot for name, spot in spots.items() if away(now.things[name].pose, spot) > SPOT_TOLERANCE}
 
     def _play(self, dt: float, now: Observation) -> Effects:
         self.clock += dt

@@ -17,7 +17,7 @@ class Effects:
     Args:
         calls: the calls to announce, in order.
         stages: the stages that were entered, in order.
-        place: where the world must put virtual robots, by player.
+        place: where the world must put virtual robots and passive bodies, by name.
         once_placed: the call that is announced when the world has done so; None if there is none.
         placed: where a person has put physical robots, by player.
         recover: the players whose robots must clear the faults that they have latched.

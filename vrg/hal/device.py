@@ -238,9 +238,8 @@ class Device:
                 raise RobotError("the emergency stop is engaged: release it, then arm again", self.name)
             if not twist.is_finite:
                 raise RobotError(f"expected a finite motion, got {twist}", self.name)
-            permitted = self._permission.motion(self.name, self.features, twist, self._mailbox.now)
-            sent = permitted or STILL
-            for name, value in use.items() if permitted is not None else ():
+            sent = self._permission.motion(self.name, self.features, twist, self._mailbox.now) or STILL
+            for name, value in use.items() if self._permission.may_use(self.name, self._mailbox.now) else ():
                 self._driver.use(name, value)
             if sent == STILL:
                 self._driver.stop()

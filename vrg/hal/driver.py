@@ -102,7 +102,7 @@ class Driver(ABC):
         Raises:
             RobotError: this driver has none of that name.
         """
-        raise RobotError(f"expected an actuator of the backend, got {name!r}: it drives none", self.name)
+        raise RobotError(f"expected an actuator that its backend drives, got {name!r}", self.name)
 
     @abstractmethod
     def read(self) -> Readings:

@@ -68,6 +68,10 @@ class Permission:
             last = self._last[robot] = twist, limit, model.limited(twist, limit)
         return last[2]
 
+    def may_use(self, robot: str, now: float) -> bool:
+        """True if a robot may use its actuators at match time `now`: it is neither held nor driven by the referee."""
+        return not (robot in self._held or robot in self._leases or self._is_closed(now))
+
     def holds_until(self, now: float) -> float:
         """The match time up to which `motion` permits the same as at match time `now`, s, if nothing new is heard."""
         if self._heard is None:

@@ -25,7 +25,7 @@ from vrg.hal.sim.engines.engine import DRIVE, Engine, Push, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.robot import GRAVITY
 from vrg.portable.scalars import atan2, cos_sin, hypot, square
-from vrg.types import Pose, Twist
+from vrg.types import Pose, Twist, Vector
 
 Floats = npt.NDArray[np.float64]
 
@@ -36,7 +36,7 @@ _SETTLED = 1e-6
 """The change of an impulse in N s below which it is found."""
 _SLACK = 1e-9
 """The distance in m that is left between bodies that were pushed apart, so that rounding makes no overlap."""
-_LEFT = 1e-4
+_MOST_OVERLAP = 1e-4
 """The overlap in m that may be left where something light is pressed; beyond it there is no room: robots go back."""
 _NEAR = 0.02
 """The distance in m below which bodies may be pushed into each other."""
@@ -51,13 +51,13 @@ class Rigid:
 
     Attributes:
         x, y, theta: its pose, m and rad. vx, vy, w: its velocity, m/s and rad/s.
-        eases, turns: the inverses of its mass and of its moment of inertia, 1/kg and 1/(kg m^2); 0 if nothing moves it.
+        inverse_mass, inverse_inertia: of its mass and moment of inertia, 1/kg and 1/(kg m^2); 0 if nothing moves it.
     """
 
-    __slots__ = ("_at", "bounce", "eases", "form", "theta", "turns", "vx", "vy", "w", "x", "y")
+    __slots__ = ("_at", "bounce", "form", "inverse_inertia", "inverse_mass", "theta", "vx", "vy", "w", "x", "y")
 
-    def __init__(self, form: Form, pose: Pose, eases: float, turns: float, bounce: float) -> None:
-        self.form, self.eases, self.turns, self.bounce = form, eases, turns, bounce
+    def __init__(self, form: Form, pose: Pose, inverse_mass: float, inverse_inertia: float, bounce: float) -> None:
+        self.form, self.inverse_mass, self.inverse_inertia, self.bounce = form, inverse_mass, inverse_inertia, bounce
         self.put(pose.x, pose.y, pose.theta)
         self.vx = self.vy = self.w = 0.0
 
@@ -88,8 +88,9 @@ class _Touch:
         self.a, self.b, self.nx, self.ny, self.impulse = a, b, contact.nx, contact.ny, 0.0
         self.ra = (contact.x - a.x) * self.ny - (contact.y - a.y) * self.nx
         self.rb = (contact.x - b.x) * self.ny - (contact.y - b.y) * self.nx
-        eases = a.eases + b.eases + self.ra * self.ra * a.turns + self.rb * self.rb * b.turns
-        self.mass = 1.0 / eases if eases else 0.0
+        turning = self.ra * self.ra * a.inverse_inertia + self.rb * self.rb * b.inverse_inertia
+        inverse = a.inverse_mass + b.inverse_mass + turning
+        self.mass = 1.0 / inverse if inverse else 0.0
         speed = self.speed
         self.wanted = -max(a.bounce, b.bounce) * speed if speed < -_BOUNCE else 0.0
 
@@ -107,12 +108,12 @@ class _Touch:
         a, b, before = self.a, self.b, self.impulse
         self.impulse = max(0.0, before + (self.wanted - self.speed) * self.mass)
         change = self.impulse - before
-        a.vx += change * a.eases * self.nx
-        a.vy += change * a.eases * self.ny
-        a.w += change * a.turns * self.ra
-        b.vx -= change * b.eases * self.nx
-        b.vy -= change * b.eases * self.ny
-        b.w -= change * b.turns * self.rb
+        a.vx += change * a.inverse_mass * self.nx
+        a.vy += change * a.inverse_mass * self.ny
+        a.w += change * a.inverse_inertia * self.ra
+        b.vx -= change * b.inverse_mass * self.nx
+        b.vy -= change * b.inverse_mass * self.ny
+        b.w -= change * b.inverse_inertia * self.rb
         return abs(change)
 
 
@@ -144,6 +145,8 @@ class Bodies:
         """The force with which each robot can push, N."""
         self._places: Floats = np.array([(wall.x, wall.y, wall.form.radius) for wall in self._walls]).reshape(-1, 3)
         self.touched: dict[int, tuple[float, float]] = {}
+        self._put: set[int] = set()
+        """The bodies that were put somewhere since the last step: something may stand there."""
 
     def __iter__(self) -> Iterator[tuple[str, Rigid]]:
         """Each body by name."""
@@ -155,7 +158,9 @@ class Bodies:
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a body somewhere else, at rest."""
-        body = self._bodies[self.names.index(name)]
+        number = self.names.index(name)
+        body = self._bodies[number]
+        self._put.add(number)
         body.put(pose.x, pose.y, wrap(pose.theta))
         body.vx = body.vy = body.w = 0.0
 
@@ -170,9 +175,10 @@ class Bodies:
         for body in (body for body in self._bodies if not body.form.corners):
             dx, dy, radius = body.x - pose.x, body.y - pose.y, body.form.radius
             ahead, aside = dx * cos + dy * sin - model.length / 2 - radius, dy * cos - dx * sin
-            if -radius < ahead <= kicker.reach and abs(aside) <= kicker.width / 2:
+            v, side = body.vx * cos + body.vy * sin, body.vy * cos - body.vx * sin
+            if -radius < ahead <= kicker.reach and abs(aside) <= kicker.width / 2 and v < twist.v + speed:
                 v = twist.v + speed
-                body.vx, body.vy = v * cos - twist.side * sin, v * sin + twist.side * cos
+                body.vx, body.vy = v * cos - side * sin, v * sin + side * cos
                 kicked = True
         return kicked
 
@@ -186,13 +192,19 @@ class Bodies:
         Returns:
             what the bodies have done to robots.
         """
-        self.touched = {}
-        near = self._near(dt, before, after, velocities)
-        awake = [number for number, body in enumerate(self._bodies) if body.moves]
-        awake = sorted({*awake, *(number for number, _ in near)})
+        driving = (velocities.any(axis=1) | (before != after).any(axis=1)).tolist()
+        near = self._near(dt, after)
+        # What a standing robot touches is not pushed into it by what is found before.
+        near.sort(key=lambda pair: not driving[pair[1]])
+        moving = {number for number, body in enumerate(self._bodies) if body.moves}
+        awake = sorted(moving | self._put | {number for number, row in near if driving[row]})
+        self._put.clear()
+        rows = sorted({row for _, row in near})
+        # Where nothing moves, a robot goes on touching what it touches.
+        changed = {row for number, row in near if number in awake}
+        self.touched = {r: at for r, at in self.touched.items() if not driving[r] and r not in changed}
         if not awake:
             return []
-        rows = sorted({row for _, row in near})
         starts, ends = before.tolist(), after.tolist()
         speeds: dict[int, tuple[float, float, float]] = {}
         for row in rows:
@@ -209,7 +221,10 @@ class Bodies:
         for row in rows:
             robot = self._robots[row]
             vx, vy, w = speeds[row]
-            dx, dy = (0.0, 0.0) if not robot.eases else self._back(robot, [n for n, other in near if other == row])
+            dx = dy = 0.0
+            if robot.inverse_mass and driving[row]:
+                x, y, _ = starts[row]
+                dx, dy = self._back(robot, (robot.x - x, robot.y - y), [n for n, other in near if other == row])
             push = Push(row, robot.vx - vx, robot.vy - vy, robot.w - w, dx, dy)
             if any(push[1:]):
                 pushes.append(push)
@@ -225,17 +240,15 @@ class Bodies:
             found[row] |= bumper_bit(models[row], atan2(py - y, px - x) - theta)
         return found
 
-    def _near(self, dt: float, before: Floats, after: Floats, velocities: Floats) -> list[tuple[int, int]]:
-        """The pairs of a body and a robot that may touch in this tick, of which one moves."""
+    def _near(self, dt: float, after: Floats) -> list[tuple[int, int]]:
+        """The pairs of a body and a robot that may touch in this tick, if one of them moves or is set moving."""
         if not (self._bodies and len(after)):
             return []
-        robots = velocities.any(axis=1) | (before != after).any(axis=1)
-        x, y, reach, moves = np.array(
-            [(b.x, b.y, b.form.radius + dt * hypot(b.vx, b.vy), b.moves) for b in self._bodies]
-        ).T[:, :, None]
-        dx, dy, far = x - after[:, 0], y - after[:, 1], reach + self._reaches
-        near = (dx * dx + dy * dy < far * far) & (robots | (moves > 0.0))
-        return [(number, row) for number, row in np.argwhere(near).tolist()]
+        x, y, radius = np.array([(b.x, b.y, b.form.radius) for b in self._bodies]).T[:, :, None]
+        fastest = max(hypot(b.vx, b.vy) for b in self._bodies)
+        dx, dy, far = x - after[:, 0], y - after[:, 1], radius + self._reaches + dt * fastest
+        numbers, rows = (dx * dx + dy * dy < far * far).nonzero()
+        return list(zip(numbers.tolist(), rows.tolist(), strict=True))
 
     def _steps(self, dt: float, awake: Sequence[int], speeds: dict[int, tuple[float, float, float]]) -> int:
         """The number of steps in which nothing moves farther than half of the smallest radius."""
@@ -248,14 +261,14 @@ class Bodies:
         """Move the bodies that are awake, and wake up those that they touch."""
         for number in awake:
             self._slide(number, dt)
-        pairs = [(self._against(number, row), self._robots[row], row) for number, row in near]
+        first = set(awake)
         others: list[tuple[Rigid, Rigid, int]] = []
         for number in list(awake):
             body = self._bodies[number]
             for other, second in enumerate(self._bodies):
                 reach = body.form.radius + second.form.radius + _NEAR
                 dx, dy = body.x - second.x, body.y - second.y
-                if other == number or (other in awake and other < number) or dx * dx + dy * dy > reach * reach:
+                if other == number or (other in first and other < number) or dx * dx + dy * dy > reach * reach:
                     continue
                 others.append((body, second, -1))
                 if other not in awake:
@@ -263,12 +276,13 @@ class Bodies:
         for number in awake:
             body = self._bodies[number]
             others += [(body, wall, -1) for wall in self._walls_at(body)]
+        pairs = [(self._against(n, row), self._robots[row], row) for n, row in near if n in awake]
         self._collide([*pairs, *others])
 
     def _against(self, number: int, row: int) -> Rigid:
-        """The body as a robot meets it: as one that nothing moves, if its friction is more than the robot can push."""
+        """The body as a robot meets it: one at rest of more friction than the robot can push is as if nailed down."""
         body = self._bodies[number]
-        if self._slowing[number] <= self._forces[row] * body.eases:
+        if body.moves or self._slowing[number] <= self._forces[row] * body.inverse_mass:
             return body
         return Rigid(body.form, Pose(body.x, body.y, body.theta), 0.0, 0.0, body.bounce)
 
@@ -293,7 +307,7 @@ class Bodies:
         body.put(body.x + body.vx * mean, body.y + body.vy * mean, wrap(body.theta + body.w * mean))
         body.vx, body.vy = body.vx * left, body.vy * left
         # Of an ellipsoid the turning is slowed by the square of the radius of friction over that of inertia.
-        ratio = square(radius) * body.turns / body.eases if radius else 1.0
+        ratio = square(radius) * body.inverse_inertia / body.inverse_mass if radius else 1.0
         body.w *= max(0.0, 1.0 - (1.0 - left) * ratio) if left else 0.0
 
     def _collide(self, pairs: Sequence[tuple[Rigid, Rigid, int]]) -> None:
@@ -302,8 +316,8 @@ class Bodies:
         touches = []
         for (a, b, row), found in zip(pairs, touching, strict=True):
             touches += [_Touch(a, b, contact) for contact in found]
-            if found and row >= 0:
-                self.touched[row] = found[0].x, found[0].y
+            if found and row >= 0:  # a side touches at both ends, so the middle counts
+                self.touched[row] = (found[0].x + found[-1].x) / 2, (found[0].y + found[-1].y) / 2
         for _ in range(_ROUNDS if touches else 0):
             if max([touch.press() for touch in touches]) < _SETTLED:
                 break
@@ -316,7 +330,7 @@ class Bodies:
                 deepest = max(touching[number], key=lambda contact: contact.depth, default=None)
                 if deepest is None or deepest.depth <= _SLACK:
                     continue
-                share = a.eases / (a.eases + b.eases) if id(b) in free else 1.0
+                share = a.inverse_mass / (a.inverse_mass + b.inverse_mass) if id(b) in free else 1.0
                 for body, part in ((a, share), (b, share - 1.0)):
                     if part:
                         way = part * (deepest.depth + _SLACK)
@@ -325,17 +339,25 @@ class Bodies:
             if not moved:
                 return
 
-    def _back(self, robot: Rigid, near: Sequence[int]) -> tuple[float, float]:
-        """Put a robot back out of bodies that could not give way, as they lie against a wall; how far, m."""
+    def _back(self, robot: Rigid, way: Vector, near: Sequence[int]) -> Vector:
+        """Put a robot back out of bodies that could not give way, as they lie against a wall; how far, m.
+
+        It goes back at most as far as it has come, so that nothing presses it into what is behind it.
+
+        Args:
+            way: that of the robot in this tick, m. near: the bodies near it.
+        """
         x, y = robot.x, robot.y
         for number in near:
-            for contact in sorted(contacts(self._bodies[number].at, robot.at), key=lambda c: -c.depth)[:1]:
-                if contact.depth > _LEFT:
-                    way = contact.depth + _SLACK
-                    robot.put(robot.x - way * contact.nx, robot.y - way * contact.ny, robot.theta)
-                    for rigid in (robot, self._bodies[number]):  # both stand, as far as they press on each other
-                        along = rigid.vx * contact.nx + rigid.vy * contact.ny
-                        rigid.vx, rigid.vy = rigid.vx - along * contact.nx, rigid.vy - along * contact.ny
+            body = self._bodies[number]
+            deepest = max(contacts(body.at, robot.at), key=lambda contact: contact.depth, default=None)
+            if deepest is None or deepest.depth <= _MOST_OVERLAP:
+                continue
+            back = min(deepest.depth + _SLACK, max(0.0, way[0] * deepest.nx + way[1] * deepest.ny))
+            robot.put(robot.x - back * deepest.nx, robot.y - back * deepest.ny, robot.theta)
+            for rigid in (robot, body):  # both stand, as far as they press on each other
+                along = rigid.vx * deepest.nx + rigid.vy * deepest.ny
+                rigid.vx, rigid.vy = rigid.vx - along * deepest.nx, rigid.vy - along * deepest.ny
         return robot.x - x, robot.y - y
 
 
@@ -353,9 +375,9 @@ def _friction_radius(setup: BodySetup) -> float:
     return 2 / 3 * math.sqrt(moments(setup.corners)[0] / math.pi) if setup.corners else 0.0
 
 
-def _robot(model: RobotModel, eases: float) -> Rigid:
+def _robot(model: RobotModel, inverse_mass: float) -> Rigid:
     gyration = (square(model.length) + square(model.width)) / 12
-    return Rigid(rectangle(model.length, model.width), Pose(0.0, 0.0, 0.0), eases, eases / gyration, 0.0)
+    return Rigid(rectangle(model.length, model.width), Pose(0.0, 0.0, 0.0), inverse_mass, inverse_mass / gyration, 0.0)
 
 
 def _between(start: Sequence[float], end: Sequence[float], fraction: float) -> tuple[float, float, float]:

@@ -134,7 +134,7 @@ def _outlines(a: Placed, b: Placed) -> list[Contact]:
     of_a, edge_a = _farthest_edge(a, b.corners, 0.0)
     if of_a >= 0.0:
         return []
-    # A little is in favour of one, so that two equal edges do not take turns.
+    # Of two edges that are equally good but for rounding, that of `b` counts in every step.
     if of_b >= of_a - 1e-9:
         return _clipped(b, edge_b, a, 1.0)
     return _clipped(a, edge_a, b, -1.0)

@@ -229,7 +229,7 @@ class World:
         engine.step(self.config.tick)
         if self.bodies.names:
             for robot, use in self._uses:
-                if robot.command is not None:  # it may move
+                if robot.command is not None and self._permission.may_use(robot.name, now):
                     self._kick(robot, use)
             for push in self.bodies.step(self.config.tick, before, engine.poses, engine.velocities):
                 engine.push(push)
@@ -242,8 +242,8 @@ class World:
         place, velocity = self._engine.poses[robot.row], self._engine.velocities[robot.row]
         for name, value in use.items():
             kicker = robot.model.actuator(name)
-            if kicker is not None and self.time >= robot.ready.get(name, 0.0):
-                speed = min(max(0.0, value), kicker.most)
+            if kicker is not None and value > 0.0 and self.time >= robot.ready.get(name, 0.0):
+                speed = min(value, kicker.most)
                 if self.bodies.kick(Pose(*place.tolist()), Twist(*velocity.tolist()), robot.model, kicker, speed):
                     robot.ready[name] = self.time + kicker.pause
 

@@ -23,7 +23,8 @@ IN_PLAY = 0.05
 PROGRESS = 0.3
 """The way in m that is progress."""
 GRACE = 2.0
-"""The time of play in s after the ball was put somewhere in which nobody is called for being there."""
+"""The time of play in s after the ball was put somewhere in which nobody is called for being there, and after which it
+is not waited for any more."""
 NEAR = 1.0
 """The distance in m from the ball within which pushing is a foul: elsewhere it harms nobody."""
 
@@ -34,6 +35,7 @@ class SoccerState(GameState, frozen=True, kw_only=True):
     Args:
         starts: the team that has the kick-off of this round. played: the time of play in the rounds before, s.
         kick: the team that has a free kick or a kick-off, of which the ball is not yet in play; empty if none has.
+        placing: True until the ball has been seen where the world was asked to put it. Of it nothing is judged.
         spot: where the ball was put, m. since: the time of play since which it is there, or has made no progress, s.
         last: the team that has touched the ball last; empty if none has.
         rested: where the ball was when it made progress last, m.
@@ -42,6 +44,7 @@ class SoccerState(GameState, frozen=True, kw_only=True):
     starts: str = REDS
     played: float = 0.0
     kick: str = REDS
+    placing: bool = False
     spot: Vector = (0.0, 0.0)
     since: float = 0.0
     last: str = ""
@@ -100,7 +103,7 @@ class Soccer(RuleBook[SoccerState]):
         """The starts; one player of the team that kicks off is behind the ball."""
         marks = dict(super().marks(state))
         own = [n for n in marks if self.team_of(n) == state.starts and self.contestants[n].role not in KEEPERS.values()]
-        taker = min(own, key=lambda n: (math.hypot(marks[n].x, marks[n].y), n))
+        taker = min(own, key=lambda n: (n in state.disqualified, math.hypot(marks[n].x, marks[n].y), n))
         side = SIDE[state.starts]
         marks[taker] = Pose(side * 0.3, 0.0, math.pi if side > 0.0 else 0.0)
         return marks
@@ -133,7 +136,9 @@ class Soccer(RuleBook[SoccerState]):
         if was is None or ball is None:
             return Verdict(state)
         toucher = self._toucher(state, now, ball)
-        verdict = self._left(state, was, ball, clock)
+        verdict = self._awaited(state, ball, clock)
+        if verdict is None:
+            verdict = self._left(state, was, ball, clock)
         if verdict is None:
             verdict = self._foul(state, now, ball, toucher, clock)
         if verdict is None:
@@ -143,6 +148,14 @@ class Soccer(RuleBook[SoccerState]):
             ended = structs.replace(verdict.state, played=self.settings.time)
             return Verdict(ended, [*verdict.calls, call], round_over=True)
         return verdict
+
+    @staticmethod
+    def _awaited(state: SoccerState, ball: Thing, clock: float) -> Verdict[SoccerState] | None:
+        """Nothing is judged before the ball is where it was put; None once it is, or is not put there for long."""
+        if not state.placing:
+            return None
+        there = math.dist((ball.pose.x, ball.pose.y), state.spot) < IN_PLAY
+        return Verdict(structs.replace(state, placing=not there and clock - state.since < GRACE))
 
     def _toucher(self, state: SoccerState, now: Observation, ball: Thing) -> str:
         """The player that touches the ball, the nearest if there are several; empty if none does."""
@@ -160,14 +173,16 @@ class Soccer(RuleBook[SoccerState]):
         x, y = rules.length / 2 + radius, rules.width / 2 + radius
         start, end = (was.pose.x, was.pose.y), (ball.pose.x, ball.pose.y)
         whole = Rectangle(-x, -y, x, y)
-        at = whole.exit_fraction(start, end)
-        if at is None or not whole.contains(*start):  # the world is about to put it where it was asked to
+        rolled = not whole.contains(*start)  # out of the field while play was halted
+        at = 0.0 if rolled else whole.exit_fraction(start, end)
+        if at is None:
             return None
-        px, py = start[0] + (end[0] - start[0]) * at, start[1] + (end[1] - start[1]) * at
+        px, py = whole.nearest(*start) if rolled else start
+        px, py = px + (end[0] - start[0]) * at, py + (end[1] - start[1]) * at
         where = Pose(px, py, 0.0)
         over_goal_line = abs(px) >= x - 1e-6
         defender = REDS if px < 0.0 else BLUES
-        if over_goal_line and abs(py) < rules.goal / 2:
+        if over_goal_line and abs(py) < rules.goal / 2 and not rolled:
             scorer = OTHER[defender]
             made = state.with_points(scorer, state.points.get(scorer, 0) + 1)
             made = structs.replace(made, starts=defender, played=state.played + clock)
@@ -187,10 +202,11 @@ class Soccer(RuleBook[SoccerState]):
     def _foul(
         self, state: SoccerState, now: Observation, ball: Thing, toucher: str, clock: float
     ) -> Verdict[SoccerState] | None:
-        if state.kick and clock - state.since < GRACE:
-            return None
         rules, x, y = self.settings, ball.pose.x, ball.pose.y
         team = self.team_of(toucher) if toucher else ""
+        taken = bool(toucher) and team != state.kick and math.dist((x, y), state.spot) >= IN_PLAY
+        if state.kick and clock - state.since < GRACE and not taken:
+            return None
         where, why, by = {toucher: now.poses[toucher]} if toucher else {}, "", toucher
         if toucher and state.kick and team != state.kick:
             why = f"{toucher} touches the ball of a kick for the {state.kick}"
@@ -200,10 +216,11 @@ class Soccer(RuleBook[SoccerState]):
             why = f"{toucher} attacks in the defence area"
         for name in sorted(now.pushed):
             pose = now.poses[name]
-            rivals = [n for n in now.poses if self.team_of(n) != self.team_of(name)]
-            if why or math.dist((pose.x, pose.y), (x, y)) > NEAR or not touched(name, rivals, now, self.contestants):
+            rivals = [n for n in sorted(now.poses) if self.team_of(n) != self.team_of(name)]
+            pushers = [n for n in rivals if n not in state.disqualified and touched(name, [n], now, self.contestants)]
+            if why or math.dist((pose.x, pose.y), (x, y)) > NEAR or not pushers:
                 continue  # far from the ball, or it is a team mate that pushes
-            by = min(rivals, key=lambda n: (math.dist((now.poses[n].x, now.poses[n].y), (pose.x, pose.y)), n))
+            by = pushers[0]
             why, where = f"{by} pushes {name}", {name: pose, by: now.poses[by]}
         if not why:
             return None
@@ -228,7 +245,7 @@ class Soccer(RuleBook[SoccerState]):
         spots = [each for each in ((0.0, 0.0), (-x, 0.0), (x, 0.0)) if math.dist(each, at) > PROGRESS]
         spot = min(spots, key=lambda each: math.dist(each, at))
         call = Call(rule="no_progress", text="no progress: the ball is put on a spot", poses=(ball.pose,))
-        put = structs.replace(state, since=clock, rested=spot, last="")
+        put = structs.replace(state, placing=True, spot=spot, since=clock, rested=spot, last="")
         return Verdict(put, [call], place={self._ball.name: Pose(*spot, 0.0)})
 
     def _put(self, state: SoccerState, team: str, spot: Vector, clock: float, call: Call) -> Verdict[SoccerState]:
@@ -238,4 +255,6 @@ class Soccer(RuleBook[SoccerState]):
     @staticmethod
     def _kick_for(state: SoccerState, team: str, spot: Vector, clock: float) -> SoccerState:
         numbers = {KICK.format(team=team): 1.0}
-        return structs.replace(state, kick=team, spot=spot, since=clock, rested=spot, last="", numbers=numbers)
+        return structs.replace(
+            state, kick=team, placing=True, spot=spot, since=clock, rested=spot, last="", numbers=numbers
+        )

@@ -38,8 +38,10 @@ class Settings(Table):
 
     @model_validator(mode="after")
     def _fits(self) -> "Settings":
-        if not self.goal <= self.area_width <= self.width or self.area_length >= self.length / 2:
-            raise ValueError("expected goal <= area_width <= width, and area_length below half of the length")
+        if not self.goal <= self.area_width <= self.width - 4 * self.inside:
+            raise ValueError("expected goal <= area_width <= width - 4 inside, so that there is room for corner kicks")
+        if self.area_length + self.inside >= self.length / 2:
+            raise ValueError("expected area_length + inside below half of the length")
         return self
 
     @property

@@ -135,6 +135,8 @@ class PlanarEngine(Engine):
         v, w, side = self.velocities[push.row].tolist()
         axes = drivetrain.speeds(Twist(v, w, side if drivetrain.holonomic else 0.0))
         self.speeds[push.row, : len(axes)] = axes
+        held = drivetrain.twist(axes)
+        self.velocities[push.row] = held.v, held.w, held.side
         if push.dx or push.dy:
             self._budgets[:, push.row] = -1.0
 
