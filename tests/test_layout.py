@@ -288,15 +288,15 @@ BUDGETS = {
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
     "games": 3_665,  # with the look of what lies on a field, portable arithmetic, and rules that batches share
     "bus": 2_720,  # with the rules and the entrance of its router, and messages that are made when they are read
-    "hal/sim": 3_300,  # with passive bodies and their contacts, and each call of the kernel beside its Python
+    "hal/sim": 3_310,  # with passive bodies and their contacts, and each call of the kernel beside its Python
     "localisation": 550,
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_100,  # with passive bodies that are placed and published, and a standing that is kept
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
-    "hal": 1_610,  # actuators; the permission of robots, which the world uses too; samples that are made when looked at
+    "hal": 1_612,  # actuators; the permission of robots, which the world uses too; samples that are made when looked at
     "shared values": 1_865,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_168,  # what tests of plug-ins share with those of the core, which was in tests/
-    "agents": 1_506,  # with words and sketches that are rounded, and beams that are computed once
+    "agents": 1_508,  # with words and sketches that are rounded, and beams that are computed once
     "recording": 1_155,  # with what a file of MCAP cannot hold
     "playing": 2_180,  # with matches over processes, and readings that a strategy elsewhere asks for
     "config": 965,  # the tables of bodies; what processes get is a thing of its own

@@ -14,9 +14,9 @@ P2AT = robot_model("P2AT")
 
 
 def test_the_maps_that_come_with_vrg_load() -> None:
-    assert MAPS.names() == ["courtyard", "marhes_lab", "open"]
+    assert {"courtyard", "marhes_lab", "open"} <= set(MAPS.names())
     for name in MAPS.names():
-        assert load_map(name).name == name
+        assert load_map(name).boxes or load_map(name).circles or name == "open"
 
 
 TABLE_4_1 = [(-7, -20), (3, -22), (-3, -26), (-7.5, -16), (-1.3, -28.4)]

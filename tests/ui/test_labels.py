@@ -8,6 +8,7 @@ import pygame
 
 from vrg.figures import Figure, Label
 from vrg.games import look
+from vrg.games.game import ThingStyle
 from vrg.types import Pose
 from vrg.ui.labels import Placer, Wanted, line_to, nearest, overlap
 from vrg.ui.picture import numbers
@@ -114,7 +115,10 @@ def labelled(painter, *args):
 
 def test_no_name_lies_on_a_flag():
     painter, area = FigurePainter(Fonts()), pygame.Rect(0, 0, 700, 700)
-    robot, flag = figures([(300.0, 300.0)]), look.thing("flag", (290.0, 700.0 - 325.0), (255, 0, 0))
+    robot, flag = (
+        figures([(300.0, 300.0)]),
+        look.thing("flag", Pose(290.0, 700.0 - 325.0, 0.0), ThingStyle((255, 0, 0))),
+    )
     [alone] = painter.label(pygame.Surface(area.size), area, robot, VIEW, 1.0)
     [beside] = painter.label(pygame.Surface(area.size), area, [*robot, flag], VIEW, 1.0)
     drawn = pygame.Rect(290, 325 - round(look.SMALLEST), round(0.75 * look.SMALLEST), round(look.SMALLEST))

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from vrg.hal.sim.maps import MAPS
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.tiny import TINY
 from vrg.types import Pose
@@ -69,7 +70,7 @@ def test_recent_matches_are_told_with_their_results_the_newest_first(place: Path
 def test_maps_and_strategies_of_the_folder_can_be_chosen(place: Path) -> None:
     assert choices_in(place) == Choices(("yard.toml",), ("mine.py:Mine",))
     draft = Draft.of_game("sharks-and-minnows", place)
-    assert choices_in(place).of(draft, "map") == ("courtyard", "marhes_lab", "open", "yard.toml")
+    assert choices_in(place).of(draft, "map") == (*MAPS.names(), "yard.toml")
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])

@@ -8,11 +8,10 @@ from pathlib import Path
 
 from vrg.colours import ORANGE
 from vrg.games.game import Game, Marker, Moment, Role, RuleText
-from vrg.plugins import Command
 
 MOUSE = "mouse"
 MAP = Path(__file__).with_name("maze.toml")
-"""The map `maze`, as `vrg maze 9` writes it."""
+"""The map `maze`, as `python -m vrg_games.micromouse 9` writes it."""
 
 GAME = Game(
     name="micromouse",
@@ -41,5 +40,3 @@ GAME = Game(
     },
     prover="vrg_games.micromouse.proof:prove",
 )
-
-MAZE = Command(("maze",), "Play", "Write a maze file, or a new maze, as a map", "vrg_games.micromouse.command:maze")

@@ -20,7 +20,7 @@ SEARCH_SHARE = 30
 
 
 class Settings(Table):
-    """The [rules] table of a match file. The maze itself is the map of the match, which `vrg maze` writes.
+    """The [rules] table of a match file. The maze itself is the map of the match.
 
     Args:
         size: the number of cells along a side of the maze, an even number.

@@ -1,5 +1,6 @@
-"""The command `vrg maze`, which writes a maze as a map."""
+"""`python -m vrg_games.micromouse FILE|SEED` writes a maze as a map."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -31,5 +32,12 @@ def maze(
         file = output / f"{path.stem}.toml"
         file.write_text(found.toml, encoding="utf-8")
     except (OSError, FileError) as error:
-        raise ConfigError(f"maze: {error}") from None
+        raise ConfigError(str(error)) from None
     typer.echo(f"{found.text}\n{found.steps} steps to the middle; written to {file}")
+
+
+if __name__ == "__main__":
+    try:
+        typer.run(maze)
+    except ConfigError as error:
+        sys.exit(f"maze: {error}")
