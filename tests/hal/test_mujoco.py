@@ -31,7 +31,8 @@ def squeeze(seed: int) -> MujocoEngine:
         return Pose(x + rng.uniform(-size, size), y + rng.uniform(-size, size), rng.uniform(-3.0, 3.0))
 
     jumper = Start("jumper", robot_model("P2AT"), pose(), kinematic=True)
-    others = [Start(f"r{n}", robot_model(rng.choice(("ATRV-Jr", "P2AT", "TurtleBot3"))), pose()) for n in range(rng.integers(2, 12))]
+    known = ("ATRV-Jr", "P2AT", "TurtleBot3")
+    others = [Start(f"r{n}", robot_model(rng.choice(known)), pose()) for n in range(rng.integers(2, 12))]
     engine = MujocoEngine(MAP, [jumper, *others])
     for _ in range(50):
         engine.step(DT)

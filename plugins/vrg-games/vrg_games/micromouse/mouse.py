@@ -27,5 +27,5 @@ MICROMOUSE = replace(
         wheel_width=0.008,
     ),
     sensors=(INFRARED, ODOMETRY, EncodersSpec(ticks=2048), InsSpec()),
-    source="Estimated: of the size of common mice, and slower than good ones. A mouse has no INS, but VRG asks for one.",
+    source="Estimated: as large as common mice, and slower than good ones. A mouse has no INS, but VRG asks for one.",
 )  # fmt: skip
