@@ -67,7 +67,7 @@ class TestTheRuleBook(RuleBookContract):
         ({"red-1": Pose(-4.16, 0.0, math.pi / 4)}, {}, []),
         ({"blue-1": Pose(4.21, 0.79, 0.0)}, {BLUES: 2}, ["home"]),
         ({"blue-1": Pose(4.21, 0.81, 0.0)}, {}, []),
-        ({"red-1": Pose(-5.0, 0.0, 0.0), "blue-1": Pose(-5.0, 0.5, 0.0)}, {REDS: 3}, ["home", "home"]),
+        ({"red-1": Pose(-5.0, 0.0, 0.0), "blue-1": Pose(-5.0, 0.5, 0.0)}, {REDS: 3}, ["home", "home", "all_home"]),
     ],
 )
 def test_what_is_wholly_in_a_depot_counts(
@@ -75,11 +75,12 @@ def test_what_is_wholly_in_a_depot_counts(
 ) -> None:
     verdict = book.judge(book.initial(), field({}), field(things), 10.0)
     assert [call.rule for call in verdict.calls] == rules
+    assert verdict.round_over == ("all_home" in rules)
     assert {team: count for team, count in verdict.state.points.items() if count} == points
     again = book.judge(verdict.state, field(things), field(things), 10.1)
-    assert (again.calls, again.state) == ([], verdict.state)
+    assert ([call.rule for call in again.calls if call.rule != "all_home"], again.state) == ([], verdict.state)
     left = book.judge(verdict.state, field(things), field({}), 10.2)
-    assert [call.rule for call in left.calls] == ["taken"] * len(rules)
+    assert [call.rule for call in left.calls] == ["taken"] * rules.count("home")
     assert not any(left.state.points.values())
 
 

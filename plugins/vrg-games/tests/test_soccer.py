@@ -169,6 +169,19 @@ def test_fouls(book: Soccer, ball: Vector, kick: str, at: dict[str, Vector], sai
     assert not book.judge(state, field(book, *ball, **at), now, GRACE / 2).calls or not kick
 
 
+def test_a_kick_that_is_disturbed_again_and_again_is_given_up(book: Soccer) -> None:
+    state, called = structs.replace(book.initial(), kick=REDS, spot=(0.5, 1.0), rested=(0.5, 1.0)), []
+    here = field(book, 0.5, 1.0, blue=(0.6, 1.0))
+    for look in range(120):
+        verdict = book.judge(state, here, here, 0.1 * look)
+        state = verdict.state
+        called += [(call.rule, verdict.place["ball"]) for call in verdict.calls]
+        if state.kick != REDS:
+            break
+    assert called == [("foul", Pose(0.5, 1.0, 0.0))] * 3 + [("no_progress", Pose(0.0, 0.0, 0.0))]
+    assert (state.kick, dict(state.numbers), state.fouls) == ("", {}, 0)
+
+
 def test_a_kick_waits_for_the_ball_and_cannot_be_stolen(book: Soccer) -> None:
     """Over processes the world puts the ball a look later than it is asked to."""
     state = structs.replace(book.initial(), kick="", last=REDS)

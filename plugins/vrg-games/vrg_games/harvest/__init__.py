@@ -37,6 +37,7 @@ GAME = Game(
         "trespass": RuleText("Who drives into the other alliance's depot gives it a point, every few seconds anew."),
         "out": RuleText("A piece whose middle leaves the field is put back where it was at the start."),
         "time_up": RuleText("The match ends with its time; the alliance with more points has won."),
+        "all_home": RuleText("The match ends when all pieces are in depots; the alliance with more points has won."),
     },
     prover="vrg_games.harvest.proof:prove",
     about="Two alliances push pieces of their colour into their depots.",

@@ -118,7 +118,7 @@ class Harvest(RuleBook[HarvestState]):
         return [structs.replace(thing, team=KINDS.get(thing.kind, thing.team)) for thing in found]
 
     def judge(self, state: HarvestState, before: Observation, now: Observation, clock: float) -> Verdict[HarvestState]:
-        """Pieces that come home, are taken or leave the field; who trespasses; and the end of the time."""
+        """Pieces that come home, are taken or leave the field; who trespasses; and the end of the match."""
         calls: list[Call] = []
         place = {}
         for name, piece in self._pieces.items():
@@ -142,6 +142,8 @@ class Harvest(RuleBook[HarvestState]):
                 )
         if clock >= self.settings.time:
             return Verdict(state, [*calls, Call(rule="time_up", text="the time is up")], round_over=True, place=place)
+        if len(state.homes) == len(self._pieces):
+            return Verdict(state, [*calls, Call(rule="all_home", text="all pieces are home")], round_over=True)
         return Verdict(state, calls, place=place)
 
     def _moved(self, state: HarvestState, piece: BodySetup, thing: Thing) -> tuple[HarvestState, list[Call]]:

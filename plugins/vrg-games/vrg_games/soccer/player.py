@@ -85,7 +85,7 @@ class Footballer(Strategy):
         areas = [zone.region for zone in view.referee.zones if zone.kind == "area"]
         if self._kick_of_others(view) or any(area.contains(ball.x, ball.y) for area in areas):
             self._mode = "Wait"  # in a defence area the ball is its keeper's
-            return self._to(view, _beside((ball.x, ball.y), home, KEEP_OFF + 0.3 * mates.index(view.me)), field)
+            return self._wait(view, ball, home, field, KEEP_OFF + 0.3 * mates.index(view.me))
         order = sorted(mates, key=lambda p: (self._cost(p, ball, target), p.name))
         if order[0].name == view.me.name:
             return self._attack(view, ball, target, field)
@@ -149,6 +149,13 @@ class Footballer(Strategy):
             place = soon[0] - AROUND * ux - side * uy, soon[1] - AROUND * uy + side * ux
         return self._drive(view, place, view.robot.v_max)
 
+    def _wait(self, view: View, ball: FieldObject, home: Vector, field: Region, distance: float) -> Twist:
+        """Keep off the ball on the side of the own goal; beside it where a defence area leaves no room there."""
+        bearing = atan2(home[1] - ball.y, home[0] - ball.x)
+        places = [ahead(ball.x, ball.y, bearing + turn, distance) for turn in (0.0, 1.0, -1.0, 2.0, -2.0)]
+        free = [place for place in places if math.dist(_free(view, place, field), (ball.x, ball.y)) > KEEP_OFF - 0.1]
+        return self._to(view, (free or places)[0], field)
+
     def _support(
         self, view: View, ball: FieldObject, home: Vector, target: Vector, field: Region, number: int
     ) -> Twist:
@@ -166,10 +173,7 @@ class Footballer(Strategy):
         return self._to(view, place, field)
 
     def _to(self, view: View, place: Vector, field: Region) -> Twist:
-        x, y = field.nearest(*place)
-        for area in (zone.region for zone in view.referee.zones if zone.kind == "area"):
-            if area.distance(x, y) < FRONT:
-                x = math.copysign(abs(area.nearest(0.0, y)[0]) - FRONT, area.middle[0])
+        x, y = _free(view, place, field)
         if math.dist(self._place, (x, y)) < 0.1:
             ball = view.thing("ball")
             bearing = 0.0 if ball is None else atan2(ball.y - self._here.y, ball.x - self._here.x)
@@ -216,6 +220,15 @@ class Footballer(Strategy):
 def _turn(error: float) -> Twist:
     """Turn on the spot by an angle, rad."""
     return Twist(0.0, 0.0 if abs(error) < 0.05 else max(-TURN, min(TURN, 4.0 * error)))
+
+
+def _free(view: View, place: Vector, field: Region) -> Vector:
+    """The nearest point on the field in front of the defence areas."""
+    x, y = field.nearest(*place)
+    for area in (zone.region for zone in view.referee.zones if zone.kind == "area"):
+        if area.distance(x, y) < FRONT:
+            x = math.copysign(abs(area.nearest(0.0, y)[0]) - FRONT, area.middle[0])
+    return x, y
 
 
 def _plays(player: PlayerStatus) -> bool:

@@ -25,6 +25,8 @@ PROGRESS = 0.3
 GRACE = 2.0
 """The time of play in s after the ball was put somewhere in which nobody is called for being there, and after which it
 is not waited for any more."""
+REPEATED = 3
+"""The fouls in a row against one kick after which nobody takes it any more: the robots are stuck beside the ball."""
 NEAR = 1.0
 """The distance in m from the ball within which pushing is a foul: elsewhere it harms nobody."""
 
@@ -35,6 +37,7 @@ class SoccerState(GameState, frozen=True, kw_only=True):
     Args:
         starts: the team that has the kick-off of this round. played: the time of play in the rounds before, s.
         kick: the team that has a free kick or a kick-off, of which the ball is not yet in play; empty if none has.
+        fouls: those against that kick so far.
         placing: True until the ball has been seen where the world was asked to put it. Of it nothing is judged.
         spot: where the ball was put, m. since: the time of play since which it is there, or has made no progress, s.
         last: the team that has touched the ball last; empty if none has.
@@ -44,6 +47,7 @@ class SoccerState(GameState, frozen=True, kw_only=True):
     starts: str = REDS
     played: float = 0.0
     kick: str = REDS
+    fouls: int = 0
     placing: bool = False
     spot: Vector = (0.0, 0.0)
     since: float = 0.0
@@ -225,8 +229,12 @@ class Soccer(RuleBook[SoccerState]):
         if not why:
             return None
         other = OTHER[self.team_of(by)]
-        spot = state.spot if state.kick == other else rules.legal(x, y)
-        return self._put(state, other, spot, clock, called("foul", f"{why}: a free kick for the {other}", where))
+        call = called("foul", f"{why}: a free kick for the {other}", where)
+        if state.kick != other:
+            return self._put(state, other, rules.legal(x, y), clock, call)
+        if state.fouls >= REPEATED:
+            return self._neutral(state, ball, clock)
+        return self._put(state, other, state.spot, clock, call, fouls=state.fouls + 1)
 
     def _went_on(self, state: SoccerState, ball: Thing, toucher: str, clock: float) -> Verdict[SoccerState]:
         """Take note of who touched the ball, and of its progress."""
@@ -241,20 +249,28 @@ class Soccer(RuleBook[SoccerState]):
             return Verdict(structs.replace(state, since=clock, rested=at))
         if clock - state.since < self.settings.stuck:
             return Verdict(state)
+        return self._neutral(state, ball, clock)
+
+    def _neutral(self, state: SoccerState, ball: Thing, clock: float) -> Verdict[SoccerState]:
+        """Put the ball on the nearest of the spots on which it is not, for everybody."""
+        at = (ball.pose.x, ball.pose.y)
         x = self.settings.length / 4
         spots = [each for each in ((0.0, 0.0), (-x, 0.0), (x, 0.0)) if math.dist(each, at) > PROGRESS]
         spot = min(spots, key=lambda each: math.dist(each, at))
         call = Call(rule="no_progress", text="no progress: the ball is put on a spot", poses=(ball.pose,))
-        put = structs.replace(state, placing=True, spot=spot, since=clock, rested=spot, last="")
+        put = self._kick_for(state, "", spot, clock)
         return Verdict(put, [call], place={self._ball.name: Pose(*spot, 0.0)})
 
-    def _put(self, state: SoccerState, team: str, spot: Vector, clock: float, call: Call) -> Verdict[SoccerState]:
-        place = {self._ball.name: Pose(*spot, 0.0)}
-        return Verdict(self._kick_for(state, team, spot, clock), [call], place=place)
+    def _put(
+        self, state: SoccerState, team: str, spot: Vector, clock: float, call: Call, *, fouls: int = 0
+    ) -> Verdict[SoccerState]:
+        kick = structs.replace(self._kick_for(state, team, spot, clock), fouls=fouls)
+        return Verdict(kick, [call], place={self._ball.name: Pose(*spot, 0.0)})
 
     @staticmethod
     def _kick_for(state: SoccerState, team: str, spot: Vector, clock: float) -> SoccerState:
-        numbers = {KICK.format(team=team): 1.0}
+        """The ball is put on a spot, for a kick of a team, or, if that is empty, for everybody."""
+        numbers = {KICK.format(team=team): 1.0} if team else {}
         return structs.replace(
-            state, kick=team, placing=True, spot=spot, since=clock, rested=spot, last="", numbers=numbers
+            state, kick=team, fouls=0, placing=True, spot=spot, since=clock, rested=spot, last="", numbers=numbers
         )
