@@ -1,6 +1,7 @@
 """The figures of what lies on a field."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -125,3 +126,9 @@ def test_dashes_cover_six_tenths_of_a_line() -> None:
 def test_the_room_in_a_region_is_measured_through_its_middle() -> None:
     assert room(Rectangle(0.0, 0.0, 4.0, 2.0)) == pytest.approx((4.0, 2.0))
     assert room(Circle(1.0, 1.0, 2.0)) == pytest.approx((4.0, 4.0))
+
+
+def test_a_placeholder_that_is_none_stays_as_it_is() -> None:
+    game = replace(UNKNOWN_GAME, score_words={"red": "box{es} and flag{s}"})
+    assert [game.counted("red", points) for points in (1, 2)] == ["box{es} and flag", "box{es} and flags"]
+    assert not game.counted("blue", 2)

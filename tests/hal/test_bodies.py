@@ -249,8 +249,8 @@ def test_a_body_that_has_no_room_is_named() -> None:
     )))  # fmt: skip
     assert [(p.text, p.path) for p in problems] == [
         ("expected a free place for ball, but it overlaps r", ("bodies", 0)),
-        ("expected a name of its own, got one that is taken", ("bodies", 1, "name")),
-        ("expected a name of its own, got one that is taken", ("bodies", 2, "name")),
+        ("expected a name of its own, but ball is taken", ("bodies", 1, "name")),
+        ("expected a name of its own, but r is taken", ("bodies", 2, "name")),
     ]
     with pytest.raises(ConfigError, match="overlaps r"):
         World(config(("r", 0.0, 0.0, 0.0), bodies=(BALL,)))

@@ -191,7 +191,7 @@ class BodyEntry(FileTable, frozen=True, kw_only=True):
     size: tuple[_Size, _Size] | None = None
     corners: Annotated[tuple[tuple[_Coordinate, _Coordinate], ...], Constraint(_convex)] | None = None
     mass: Annotated[float, Constraint(ge=0.001, le=1e4)] = 0.5
-    height: _Size = 0.3
+    height: _Size = 0.4
     friction: Annotated[float, Constraint(ge=0, le=10)] = 0.05
     restitution: _Share = 0.3
 

@@ -242,7 +242,7 @@ class Game:
 
     def counted(self, team: str, points: int = 0) -> str:
         """The words for what this many points of a team count, without their number; empty if there are none."""
-        return self.score_words.get(team, "").format(s="" if points == 1 else "s")
+        return self.score_words.get(team, "").replace("{s}", "" if points == 1 else "s")
 
     def load_settings(self) -> "type[Table]":
         """Import and return the class of the [rules] table."""

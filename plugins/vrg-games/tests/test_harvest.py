@@ -9,9 +9,10 @@ import pytest
 from msgspec import structs
 
 import vrg
-from vrg.bus.messages import Thing
+from vrg.bus.messages import Call, Thing
 from vrg.config.loading import load_match, match_path
-from vrg.coordinator.rulebook import Contestant, Observation
+from vrg.coordinator.proof import Case
+from vrg.coordinator.rulebook import Contestant, Observation, called
 from vrg.errors import ConfigError
 from vrg.hal.sim.config import BodySetup
 from vrg.hal.sim.contact import rectangle
@@ -20,6 +21,7 @@ from vrg.runs.run_folder import RunFolder
 from vrg.testing.rulebook import RuleBookContract
 from vrg.types import Pose, Vector
 from vrg_games.harvest import BLUES, KINDS, REDS
+from vrg_games.harvest.proof import prove
 from vrg_games.harvest.rules import Harvest, Settings
 
 PIECE = BodySetup(
@@ -145,6 +147,34 @@ def test_a_slow_referee_counts_the_same_in_300_matches_at_random(book: Harvest) 
             counted += sum(expected.values()) > 0
             state, before = verdict.state, now
     assert counted > 1000
+
+
+@pytest.mark.parametrize(
+    ("rule", "things", "red", "right"),
+    [
+        ("home", {"red-1": Pose(-5.0, 0.0, 0.0)}, (-3.0, 1.0), True),
+        ("home", {"red-1": Pose(-4.05, 0.0, 0.0)}, (-3.0, 1.0), False),
+        ("home", {"red-1": Pose(-5.0, 1.05, 0.0)}, (-3.0, 1.0), False),
+        ("taken", {"red-1": Pose(-5.0, 1.05, 0.0)}, (-3.0, 1.0), True),
+        ("taken", {"red-1": Pose(5.0, 0.5, 0.0)}, (-3.0, 1.0), False),
+        ("all_home", {"red-1": Pose(-5.0, 0.0, 0.0), "blue-1": Pose(4.21, 0.0, 0.0)}, (-3.0, 1.0), True),
+        ("all_home", {"red-1": Pose(-5.0, 0.0, 0.0), "blue-1": Pose(4.19, 0.0, 0.0)}, (-3.0, 1.0), False),
+        ("trespass", {}, (4.1, 0.9), True),
+        ("trespass", {}, (4.1, 1.1), False),
+        ("trespass", {}, (-5.0, 0.0), False),
+    ],
+)
+def test_the_proof_of_a_wrong_call_is_wrong(
+    book: Harvest, rule: str, things: dict[str, Pose], red: Vector, right: bool
+) -> None:
+    now = field(things, red=red)
+    if rule == "trespass":
+        call = called(rule, "", {"a red": now.poses["a red"]})
+    else:
+        call = Call(rule=rule, text="", poses=(now.things["red-1"].pose,))
+    measures = prove(book, Case(call, book.initial(), now, now))
+    assert measures
+    assert all(measure.holds for measure in measures) is right
 
 
 def test_what_a_match_file_lacks_is_said(tmp_path: Path) -> None:

@@ -17,7 +17,8 @@ from vrg.agents import Action
 from vrg.agents.messages import sendable, usable
 from vrg.bus.messages import PlayerStatus, RefereeState, Stage, Thing
 from vrg.config.loading import load_match, match_path
-from vrg.coordinator.rulebook import Contestant, Observation
+from vrg.coordinator.proof import Case
+from vrg.coordinator.rulebook import Contestant, Observation, called
 from vrg.errors import ConfigError
 from vrg.hal.models import robot_model
 from vrg.hal.sim.config import BodySetup, RobotSetup, WorldConfig
@@ -29,6 +30,7 @@ from vrg.runs.run_folder import RunFolder
 from vrg.testing.rulebook import RuleBookContract
 from vrg.types import STILL, Pose, Twist, Vector
 from vrg_games.soccer import BLUES, OTHER, REDS
+from vrg_games.soccer.proof import prove
 from vrg_games.soccer.robot import STRIKER
 from vrg_games.soccer.rules import GRACE, Soccer, SoccerState
 from vrg_games.soccer.settings import Settings
@@ -167,6 +169,24 @@ def test_fouls(book: Soccer, ball: Vector, kick: str, at: dict[str, Vector], sai
     assert "".join(call.text for call in verdict.calls).startswith(said) == bool(verdict.calls or not said)
     assert bool(verdict.calls) is bool(said)
     assert not book.judge(state, field(book, *ball, **at), now, GRACE / 2).calls or not kick
+
+
+@pytest.mark.parametrize(
+    ("ball", "kick", "at", "right"),
+    [
+        ((2.5, 0.0), "", (2.4, 0.0), True),
+        ((2.1, 0.0), "", (2.0, 0.0), False),
+        ((2.5, 0.0), "", (2.3, 0.0), False),
+        ((0.5, 1.0), BLUES, (0.4, 1.0), True),
+        ((0.5, 1.0), BLUES, (0.2, 1.0), False),
+    ],
+)
+def test_the_proof_of_a_wrong_foul_is_wrong(book: Soccer, ball: Vector, kick: str, at: Vector, right: bool) -> None:
+    now = field(book, *ball, red=at)
+    call = called("foul", "", {"a red": now.poses["a red"]})
+    measures = prove(book, Case(call, structs.replace(book.initial(), kick=kick), now, now))
+    assert measures
+    assert all(measure.holds for measure in measures) is right
 
 
 def test_a_kick_that_is_disturbed_again_and_again_is_given_up(book: Soccer) -> None:

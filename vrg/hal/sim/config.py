@@ -164,7 +164,7 @@ def _body_problems(
         if not (body.radius or body.corners):
             continue  # the check of the match file says so
         if body.name in names:
-            problems.append(Problem("expected a name of its own, got one that is taken", (*where, "name")))
+            problems.append(Problem(f"expected a name of its own, but {body.name} is taken", (*where, "name")))
         names.add(body.name)
         own = placed(form_of(body.radius, body.corners), body.pose.x, body.pose.y, body.pose.theta)
         if map_ is not None and not all(map_.bounds.contains(x, y) for x, y in own.corners or [(own.x, own.y)]):

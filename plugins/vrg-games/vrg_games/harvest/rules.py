@@ -85,10 +85,10 @@ class Harvest(RuleBook[HarvestState]):
             ConfigError: there are none, or one starts outside the field.
         """
         super().equip(bodies)
-        self._pieces = {body.name: body for body in bodies if body.kind in KINDS}
-        if not self._pieces:
+        self.pieces = {body.name: body for body in bodies if body.kind in KINDS}
+        if not self.pieces:
             raise ConfigError([Problem(f"expected bodies of the kinds {' and '.join(KINDS)}, got none", ("bodies",))])
-        outside = [p.name for p in self._pieces.values() if not self.settings.field.contains(p.pose.x, p.pose.y)]
+        outside = [p.name for p in self.pieces.values() if not self.settings.field.contains(p.pose.x, p.pose.y)]
         if outside:
             raise ConfigError([Problem(f"{', '.join(outside)}: expected a start on the field", ("bodies",))])
 
@@ -121,7 +121,7 @@ class Harvest(RuleBook[HarvestState]):
         """Pieces that come home, are taken or leave the field; who trespasses; and the end of the match."""
         calls: list[Call] = []
         place = {}
-        for name, piece in self._pieces.items():
+        for name, piece in self.pieces.items():
             if (thing := now.things.get(name)) is None:
                 continue
             state, news = self._moved(state, piece, thing)
@@ -142,7 +142,7 @@ class Harvest(RuleBook[HarvestState]):
                 )
         if clock >= self.settings.time:
             return Verdict(state, [*calls, Call(rule="time_up", text="the time is up")], round_over=True, place=place)
-        if len(state.homes) == len(self._pieces):
+        if len(state.homes) == len(self.pieces):
             return Verdict(state, [*calls, Call(rule="all_home", text="all pieces are home")], round_over=True)
         return Verdict(state, calls, place=place)
 

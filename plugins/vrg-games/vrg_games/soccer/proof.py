@@ -4,8 +4,10 @@ import math
 from collections.abc import Sequence
 
 from vrg.coordinator.proof import Case, Measure, Relation
-from vrg_games.soccer import BALL
-from vrg_games.soccer.rules import NEAR, Soccer
+from vrg.geometry import corners
+from vrg.regions import Polygon
+from vrg_games.soccer import BALL, BLUES, REDS
+from vrg_games.soccer.rules import NEAR, REPEATED, TOUCH, Soccer
 
 
 def prove(book: Soccer, case: Case) -> Sequence[Measure]:
@@ -21,10 +23,22 @@ def prove(book: Soccer, case: Case) -> Sequence[Measure]:
             what = "distance from the middle of the goal"
             measures.append(Measure(what, abs(where.y), Relation.AT_MOST, rules.goal / 2))
         return measures
-    if call.rule == "foul" and len(call.poses) == 2:
-        at, pose = case.now.things[ball.name].pose, call.poses[0]
-        far = math.dist((at.x, at.y), (pose.x, pose.y))
-        return [Measure("distance of who is pushed from the ball", far, Relation.AT_MOST, NEAR)]
+    if call.rule == "foul":
+        at, pose, name = case.now.things[ball.name].pose, call.poses[0], call.players[0]
+        if len(call.poses) == 2:
+            far = math.dist((at.x, at.y), (pose.x, pose.y))
+            return [Measure("distance of who is pushed from the ball", far, Relation.AT_MOST, NEAR)]
+        outline = Polygon(tuple(corners(pose, *book.contestants[name].size)))
+        gap = outline.signed_distance(at.x, at.y) - ball.radius
+        measures = [Measure(f"distance between {name} and the ball", gap, Relation.AT_MOST, TOUCH)]
+        if case.state.kick in ("", book.team_of(name)):
+            far = min(rules.area_of(team).signed_distance(at.x, at.y) for team in (REDS, BLUES))
+            what = "how far the middle of the ball is outside the defence area"
+            measures.append(Measure(what, far, Relation.AT_MOST, 0.0))
+        return measures
+    if call.rule == "no_progress" and case.state.fouls < REPEATED:
+        stuck = call.clock - case.state.since
+        return [Measure("time without progress", stuck, Relation.AT_LEAST, rules.stuck, "s")]
     if call.rule == "time_up":
         played = case.state.played + call.clock
         return [Measure("time of play in the match", played, Relation.AT_LEAST, rules.time, "s")]

@@ -86,8 +86,8 @@ class Soccer(RuleBook[SoccerState]):
             ConfigError: there is no ball, or more than one.
         """
         super().equip(bodies)
-        balls = [body for body in bodies if body.kind == BALL]
-        if len(balls) != 1 or not balls[0].radius:
+        balls = [body for body in bodies if body.kind == BALL and body.radius]
+        if len(balls) != 1:
             raise ConfigError([Problem(f'expected one round body of the kind "{BALL}", got {len(balls)}', ("bodies",))])
         self._ball = balls[0]
 
