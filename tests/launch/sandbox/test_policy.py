@@ -63,6 +63,26 @@ def test_a_package_that_adds_to_vrg_can_be_read_wherever_it_lies(monkeypatch: py
     assert Path("/far/away/minds") in libraries()
 
 
+@pytest.mark.usefixtures("afresh")
+def test_a_game_beside_the_match_can_be_read_by_all_where_the_others_play_by_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After `pip install -e .` in the folder of a game, its default strategy is no secret of the team that uses it."""
+    (tmp_path / "minds").mkdir()
+    (tmp_path / "minds/__init__.py").touch()
+    (tmp_path / "red.py").write_text("import minds\n")
+    match = written(tmp_path, shark="red.py:S", ann="minds:S", bob="minds:S", cid="minds:S")
+    run = RunFolder(tmp_path / "runs/now")
+    code = tmp_path / "minds/__init__.py"
+    assert not allowed(policy_of(match, "shark", run=run), code, Access.READ)
+    spec = ModuleSpec("minds", None, is_package=True)
+    spec.submodule_search_locations = [str(tmp_path / "minds")]
+    monkeypatch.setattr(reach, "plugin_packages", lambda: frozenset({"minds"}))
+    monkeypatch.setattr(reach, "find_spec", {"minds": spec}.__getitem__)
+    reach._plugins.cache_clear()
+    assert all(allowed(policy_of(match, name, run=run), code, Access.READ) for name in ("shark", "ann"))
+
+
 def written(folder: Path, **strategies: str) -> MatchSetup:
     """A match in which players play by these strategies."""
     text = short_match("m")

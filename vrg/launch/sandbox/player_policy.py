@@ -61,7 +61,8 @@ def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
     """
     teams: dict[Path, set[str]] = {}
     for other in setup.players:
-        if (code := setup.strategy_file(other.name)) is not None:
+        code = setup.strategy_file(other.name)
+        if code is not None and code not in _plugins():
             teams.setdefault(code, set()).add(other.team)
     own = {code for code, players in teams.items() if player.team in players}
     foreign = set(teams) - own
@@ -73,7 +74,10 @@ def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
     parts = {code: parts_of(code) for code in teams}
     ours = {part for code in own for part in parts[code]}
     others = {part for code in foreign for part in readable_parts(code)}
-    theirs = ({part for found in parts.values() for part in found} - ours) | others | foreign
+    imports = {part for found in parts.values() for part in found} - ours
+    # A package that adds to VRG, such as the game, is a library also where it lies beside the match.
+    imports = {part for part in imports if not any(part.is_relative_to(place) for place in _plugins())}
+    theirs = imports | others | foreign
     return theirs | {path.parent / "__pycache__" for path in theirs}
 
 
