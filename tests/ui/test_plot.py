@@ -11,8 +11,8 @@ import pytest
 
 from tests.ui.pictures import kept_axes
 from vrg.bus import messages as m
-from vrg.colours import SKY_BLUE, VERMILLION
-from vrg.recording.reader import calls_of, read_tracks
+from vrg.colours import SKY_BLUE, VERMILLION, YELLOW
+from vrg.recording.reader import calls_of, read_tracks, setting_of
 from vrg.recording.recorded import read_recorded
 from vrg.regions import Circle, Rectangle
 from vrg.testing.views import synthetic
@@ -209,6 +209,26 @@ def test_no_line_joins_the_places_before_and_after_a_robot_was_moved(recorded, d
     moved = dataclasses.replace(track, x=np.where(track.times > 10.0, track.x + 3.0, track.x))
     plot_trajectories({"dory": moved}, tmp_path / "plot.png")
     assert np.isnan(drawn[0].lines[0].get_xdata()).sum() == 1
+
+
+def test_the_way_of_a_body_is_drawn_and_its_place_at_the_end(monkeypatch, drawn, recorded, tmp_path):
+    def body(x: float) -> m.FieldObject:
+        half = 0.5
+        corners = ((-half, -half), (half, -half), (half, half), (-half, half))
+        return m.FieldObject(name="box", kind="box", x=x, y=-25.0, heading=0.3, corners=corners)
+
+    setting = setting_of(read_recorded(recorded))
+    seen = tuple((1, 5.0 + 0.1 * k, body(18.0 + 0.1 * k + 2.0 * (k > 5))) for k in range(10))
+    monkeypatch.setattr(plot, "setting_of", lambda _: dataclasses.replace(setting, bodies=seen))
+    plot_trajectories(recorded, tmp_path / "plot.png")
+    colour = tuple(part / 255 for part in YELLOW)
+    [way] = [line for line in drawn[0].lines if line.get_color() == colour]
+    np.testing.assert_allclose(way.get_ydata(), [*(-18.0 - 0.1 * np.arange(6)), np.nan, *(-20.6 - 0.1 * np.arange(4))])
+    [box] = [patch for patch in drawn[0].patches if patch.get_facecolor()[:3] == colour]
+    corners = box.get_xy()[:4]
+    np.testing.assert_allclose(corners.mean(axis=0), (-25.0, -20.9), atol=1e-6)
+    along = corners[1] - corners[0]
+    assert np.arctan2(along[1], along[0]) == pytest.approx(0.3 - np.pi / 2, abs=0.01)
 
 
 def test_tracks_without_a_referee_are_plotted_whole(recorded, drawn, tmp_path):

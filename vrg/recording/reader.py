@@ -51,11 +51,13 @@ class Setting:
         game: its name, empty where the referee never spoke.
         zones: of each round that was begun, by its number, as they were while it was played.
         objects: the things of the game that are no robots, as the referee last published them.
+        bodies: those that move, each time that it published them while a round was played: the round, s, and the body.
     """
 
     game: str
     zones: dict[int, tuple[Zone, ...]]
     objects: Sequence[FieldObject] = ()
+    bodies: Sequence[tuple[int, float, FieldObject]] = ()
 
 
 _Seen = tuple[float, Body, RefereeState | None]
@@ -112,7 +114,9 @@ def setting_of(recorded: RecordedMatch) -> Setting:
         if state.stage == Stage.PLAY_ROUND or state.round not in zones:
             zones[state.round] = state.zones
     last = recorded.states[-1][1] if recorded.states else None
-    return Setting("" if last is None else last.game, zones, () if last is None else last.objects)
+    played = [(stamp, state) for stamp, state in recorded.states if state.stage == Stage.PLAY_ROUND]
+    bodies = tuple((s.round, stamp, o) for stamp, s in played for o in s.objects if o.radius or o.corners)
+    return Setting("" if last is None else last.game, zones, () if last is None else last.objects, bodies)
 
 
 @dataclass(frozen=True)

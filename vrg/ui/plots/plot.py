@@ -17,9 +17,11 @@ from msgspec import structs
 
 from vrg.bus.messages import FieldObject, Zone
 from vrg.colours import PAPER, WHITE, mix
+from vrg.figures import Figure as Drawn
 from vrg.files import write_whole
 from vrg.games import UNKNOWN_GAME, game_of, look
-from vrg.games.game import Game, Marker, Moment
+from vrg.games.game import Game, Marker, Moment, ThingStyle
+from vrg.geometry import compose, wrap
 from vrg.recording.reader import RecordedCall, RobotPoses, calls_of, setting_of, tracks_of
 from vrg.recording.recorded import read_recorded
 from vrg.regions import Bounds, Region, surrounding
@@ -73,6 +75,7 @@ def plot_trajectories(
     with the player, the play clock and who else took part; where there are many, their numbers stand for that, and the
     legend tells it. Where the game is not installed here, every call that has a place is marked. Small dots are what
     players have seen, and thin dashed lines what a player sketched when a call was made, where the game asks for that.
+    Thin lines are bodies, such as a ball.
 
     Args:
         recording: an MCAP file, its parts, or tracks read from one.
@@ -94,15 +97,15 @@ def plot_trajectories(
         calls = calls_of(recorded) if calls is None else calls
         zones = setting.zones if zones is None else zones
         game = game or setting.game
-        objects = setting.objects
+        objects, bodies = setting.objects, setting.bodies
         thoughts = Thoughts.of(recorded) if thoughts is None else thoughts
     else:
-        tracks, objects = dict(recording), ()
+        tracks, objects, bodies = dict(recording), (), ()
     if not any(track.times.size for track in tracks.values()):
         raise ValueError(f"expected at least one track with a pose, got {len(tracks)} tracks")
     tracks = {name: tracks[name] for name in sorted(tracks, key=_natural)}
     shown = Plotted(
-        game_of(game), tracks, calls or (), zones or {}, objects, obstacles, thoughts or Thoughts()
+        game_of(game), tracks, calls or (), zones or {}, objects, bodies, obstacles, thoughts or Thoughts()
     ).as_in_windows()
     moments, parts, box = _moments(shown.game, shown.calls), _parts(tracks), shown.extent
     marked = [[c for c in shown.calls if c.rule in moments and c.poses and part.has(c)] for part in parts]
@@ -137,7 +140,8 @@ class Plotted:
     """Everything that is drawn.
 
     Args:
-        tracks: by player. zones: by round. turned: it is a quarter turn clockwise about the origin.
+        tracks: by player. zones: by round. bodies: see `vrg.recording.reader.Setting`.
+        turned: it is a quarter turn clockwise about the origin.
     """
 
     game: Game
@@ -145,6 +149,7 @@ class Plotted:
     calls: Sequence[RecordedCall]
     zones: Mapping[int, Sequence[Zone]]
     objects: Sequence[FieldObject]
+    bodies: Sequence[tuple[int, float, FieldObject]]
     obstacles: Sequence[Region]
     thoughts: Thoughts
     turned: bool = False
@@ -172,7 +177,8 @@ class Plotted:
                 number: [structs.replace(zone, region=_turned(zone.region)) for zone in of_round]
                 for number, of_round in self.zones.items()
             },
-            objects=[structs.replace(thing, x=thing.y, y=-thing.x) for thing in self.objects],
+            objects=[_thing_turned(thing) for thing in self.objects],
+            bodies=[(number, time, _thing_turned(thing)) for number, time, thing in self.bodies],
             obstacles=[_turned(region) for region in self.obstacles],
             thoughts=self.thoughts.turned(),
             turned=True,
@@ -184,23 +190,28 @@ def _turned(region: Region) -> Region:
     return Outlined(tuple((y, -x) for x, y in region.outline()))
 
 
+def _thing_turned(thing: FieldObject) -> FieldObject:
+    return structs.replace(thing, x=thing.y, y=-thing.x, heading=wrap(thing.heading - math.pi / 2))
+
+
 def _draw_part(
     axes: Axes, shown: Plotted, part: "MatchPart", calls: Sequence[tuple[RecordedCall, Moment, str]], metre: float
 ) -> None:
     """Draw a panel; `calls` are those of it that are marked, with the words beside them."""
     here, colours = shown.zones.get(part.round, ()), _colours(shown.tracks, part, shown.game)
     labels = Labels(metre, shown.extent)
-    flags = [
-        look.thing(thing.name, Pose(thing.x, thing.y, 0.0), shown.game.thing_style(thing.kind, thing.team or ""), PAPER)
-        for thing in shown.objects
-        if not (thing.radius or thing.corners)  # a body is elsewhere at each moment
-    ]
-    draw_figures(axes, [*look.ground(shown.game, here, shown.obstacles, PAPER), *flags], labels)
+    flags = [_thing(thing, shown.game) for thing in shown.objects if not (thing.radius or thing.corners)]
+    ways = _ways(shown, part)
+    last = [_thing(way[-1], shown.game) for way in ways.values()]
+    draw_figures(axes, [*look.ground(shown.game, here, shown.obstacles, PAPER), *flags, *last], labels)
     for flag in flags:
         labels.keep_clear((flag.at.x, flag.at.y), width=14.0, height=20.0)
     for zone in here:
         if zone.kind == "field":
             labels.keep_off(zone.region.outline())
+    for way in ways.values():
+        x, y = _in_pieces(np.array([body.x for body in way]), np.array([body.y for body in way]))
+        axes.plot(x, y, color=rgb(_style(way[-1], shown.game).colour), linewidth=0.9, zorder=2.5)
     for track in shown.tracks.values():
         ends = np.flatnonzero(part.shows(track))
         for end in (0, -1) if ends.size else ():
@@ -303,14 +314,37 @@ def _clock(tracks: Mapping[str, RobotPoses], number: int) -> tuple[npt.NDArray[n
     return times, np.cumsum(np.where(steps > HALT, 0.0, steps))
 
 
+def _ways(shown: Plotted, part: MatchPart) -> dict[str, list[FieldObject]]:
+    """Each body, such as a ball, again and again as it was seen in a part, by name."""
+    ways: dict[str, list[FieldObject]] = {}
+    for number, time, body in shown.bodies:
+        if part.round in (number, 0) and part.begin - _NEARLY <= time < part.end - _NEARLY:
+            ways.setdefault(body.name, []).append(body)
+    return ways
+
+
+def _thing(thing: FieldObject, game: Game) -> Drawn:
+    turned = [compose(Pose(0.0, 0.0, thing.heading), Pose(x, y, 0.0)) for x, y in thing.corners]
+    at, outline = Pose(thing.x, thing.y, 0.0), [(corner.x, corner.y) for corner in turned]
+    return look.thing(thing.name, at, _style(thing, game), PAPER, radius=thing.radius, corners=outline)
+
+
+def _style(thing: FieldObject, game: Game) -> ThingStyle:
+    return game.thing_style(thing.kind, thing.team or "")
+
+
+def _in_pieces(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], ...]:
+    """A way with a gap where something was placed elsewhere, or the recording has a gap: no line joins the pieces."""
+    breaks = np.flatnonzero(np.hypot(np.diff(x), np.diff(y)) > JUMP) + 1
+    return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
+
+
 def _draw_track(axes: Axes, track: RobotPoses, part: MatchPart, colour: Colour, labels: Labels, game: Game) -> None:
     keep = np.flatnonzero(part.shows(track))
     if not keep.size:
         return
     x, y = track.x[keep], track.y[keep]
-    # Where a robot was placed elsewhere, or the recording has a gap, no line joins the pieces.
-    breaks = np.flatnonzero(np.hypot(np.diff(x), np.diff(y)) > JUMP) + 1
-    line_x, line_y = np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
+    line_x, line_y = _in_pieces(x, y)
     style = (0, (4, 1.6)) if track.physical else "-"
     axes.plot(line_x, line_y, color=colour, linestyle=style, linewidth=1.7, zorder=3, solid_capstyle="round")
     axes.plot(x[0], y[0], "o", color=colour, markerfacecolor="white", markersize=6, markeredgewidth=1.6, zorder=4)
