@@ -12,6 +12,7 @@ from vrg.games.game import Game, Marker, Moment, Role, RuleText
 REDS, BLUES = "reds", "blues"
 RED, BLUE = "red", "blue"
 TEAMS: Final = {RED: REDS, BLUE: BLUES}
+OTHER: Final = {REDS: BLUES, BLUES: REDS}
 KINDS: Final = {"red-piece": REDS, "blue-piece": BLUES}
 """The kinds of pieces, and whose colour they have."""
 DEPOT: Final = "depot"

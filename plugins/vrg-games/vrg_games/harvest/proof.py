@@ -7,7 +7,7 @@ from vrg.coordinator.proof import Case, Measure, Relation
 from vrg.geometry import compose
 from vrg.hal.sim.config import BodySetup
 from vrg.types import Pose
-from vrg_games.harvest import BLUES, REDS
+from vrg_games.harvest import BLUES, OTHER, REDS
 from vrg_games.harvest.rules import Harvest
 
 
@@ -25,7 +25,7 @@ def prove(book: Harvest, case: Case) -> Sequence[Measure]:
         return [Measure("pieces in depots", home, Relation.AT_LEAST, len(book.pieces), "")]
     if call.rule == "trespass":
         (name,), (pose,) = call.players, call.poses
-        depot = rules.depot_of(BLUES if book.team_of(name) == REDS else REDS)
+        depot = rules.depot_of(OTHER[book.team_of(name)])
         far = depot.signed_distance(pose.x, pose.y)
         return [Measure(f"how far {name}'s middle is outside the depot", far, Relation.AT_MOST, 0.0)]
     if call.rule == "time_up":

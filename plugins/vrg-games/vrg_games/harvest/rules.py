@@ -13,7 +13,7 @@ from vrg.hal.sim.contact import form_of, placed
 from vrg.regions import Rectangle
 from vrg.tables import Table
 from vrg.types import Pose
-from vrg_games.harvest import BLUES, DEPOT, GAME, KINDS, REDS, TEAMS
+from vrg_games.harvest import BLUES, DEPOT, GAME, KINDS, OTHER, REDS, TEAMS
 
 OWN, OTHERS = 2, 1
 """The points of a piece of the depot's colour, and of another one."""
@@ -134,7 +134,7 @@ class Harvest(RuleBook[HarvestState]):
             if name in state.disqualified or not self._trespasses(contestant, pose):
                 continue
             if clock - state.warned.get(name, -self.settings.pause) >= self.settings.pause:
-                other = BLUES if self.team_of(name) == REDS else REDS
+                other = OTHER[self.team_of(name)]
                 state = structs.replace(state, warned={**state.warned, name: clock})
                 state = state.with_points(other, state.points.get(other, 0) + 1)
                 calls.append(
@@ -177,5 +177,4 @@ class Harvest(RuleBook[HarvestState]):
         return None
 
     def _trespasses(self, contestant: Contestant, pose: Pose) -> bool:
-        other = BLUES if TEAMS[contestant.role] == REDS else REDS
-        return self.settings.depot_of(other).contains(pose.x, pose.y)
+        return self.settings.depot_of(OTHER[TEAMS[contestant.role]]).contains(pose.x, pose.y)

@@ -18,7 +18,7 @@ class Settings(Table):
     Args:
         length, width: those of the field. goal: the width of a goal. depth: its depth.
         area_length, area_width: those of a defence area. circle: the radius of the centre circle.
-        distance: how far opponents stay away from a free kick. inside: how far inside the lines kicks are taken.
+        inside: how far inside the lines kicks are taken.
         kick_time: until a free kick is over that nobody takes. stuck: until a ball without progress is moved.
         time: that of the match.
     """
@@ -30,7 +30,6 @@ class Settings(Table):
     area_length: float = Setting(0.8, ge=0.1, le=20)
     area_width: float = Setting(1.6, ge=0.2, le=50)
     circle: float = Setting(0.5, ge=0.1, le=10)
-    distance: float = Setting(0.5, ge=0, le=10)
     inside: float = Setting(0.2, ge=0.05, le=5)
     kick_time: float = Setting(8.0, ge=1, le=60)
     stuck: float = Setting(8.0, ge=2, le=60)
