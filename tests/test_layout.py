@@ -287,8 +287,8 @@ BUDGETS = {
     "hal/can": 2_765,  # with drives that are met again, or tell what cannot be; judges of one thing each
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
     "games": 3_665,  # with the look of what lies on a field, portable arithmetic, and rules that batches share
-    "bus": 2_720,  # with the rules and the entrance of its router, and messages that are made when they are read
-    "hal/sim": 3_310,  # with passive bodies and their contacts, and each call of the kernel beside its Python
+    "bus": 2_722,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
+    "hal/sim": 3_311,  # with passive bodies and their contacts, and each call of the kernel beside its Python
     "localisation": 550,
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_100,  # with passive bodies that are placed and published, and a standing that is kept

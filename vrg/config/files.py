@@ -17,6 +17,7 @@ from vrg.kinds import BY_PROCESS, COORDINATOR, RECORDER, ROUTER, SPECTATOR, WORL
 from vrg.names import NAME_RULE, is_name, normal
 from vrg.radio_settings import LinkSettings, RadioSettings
 from vrg.regions import Polygon
+from vrg.segments import turned
 from vrg.types import Pose, Vector
 
 HERE = "here"
@@ -102,7 +103,7 @@ def _default_engine() -> str:
 
 
 def _convex(value: tuple[Vector, ...]) -> tuple[Vector, ...]:
-    edges = zip(value, [*value[1:], *value[:1]], strict=True)
+    edges = zip(value, turned(value), strict=True)
     if len(value) < 3 or any(math.dist(a, b) < SMALLEST_EDGE for a, b in edges):
         raise ValueError(f"expected three corners or more, {SMALLEST_EDGE:g} m apart")
     Polygon(value)  # raises a ValueError

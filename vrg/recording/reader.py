@@ -115,7 +115,7 @@ def setting_of(recorded: RecordedMatch) -> Setting:
             zones[state.round] = state.zones
     last = recorded.states[-1][1] if recorded.states else None
     played = [(stamp, state) for stamp, state in recorded.states if state.stage == Stage.PLAY_ROUND]
-    bodies = tuple((s.round, stamp, o) for stamp, s in played for o in s.objects if o.radius or o.corners)
+    bodies = tuple((s.round, stamp, o) for stamp, s in played for o in s.objects if o.is_body)
     return Setting("" if last is None else last.game, zones, () if last is None else last.objects, bodies)
 
 

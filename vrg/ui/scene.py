@@ -128,7 +128,7 @@ def objects_of(
     found = []
     for thing in objects:
         pose = robots.get(thing.carrier or "") or things.get(thing.name) or Pose(thing.x, thing.y, thing.heading)
-        heading = pose.theta if thing.radius or thing.corners else 0.0
+        heading = pose.theta if thing.is_body else 0.0
         form = heading, thing.radius, thing.corners
         found.append(
             SceneObject(thing.name, thing.kind, thing.team or "", (pose.x, pose.y), thing.carrier or "", *form)

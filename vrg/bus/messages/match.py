@@ -105,6 +105,11 @@ class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
     radius: Deviation = 0.0
     corners: tuple[tuple[Metres, Metres], ...] = ()
 
+    @property
+    def is_body(self) -> bool:
+        """True if it is a body that robots push."""
+        return bool(self.radius or self.corners)
+
 
 AUCTIONS_LIMIT = 1000
 """The number of auctions of a match, and that of the bidders in one."""

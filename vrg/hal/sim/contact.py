@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from vrg.portable.scalars import cos_sin, hypot
+from vrg.segments import turned
 from vrg.types import Vector
 
 
@@ -33,7 +34,7 @@ def moments(corners: Sequence[Vector]) -> tuple[float, Vector, float]:
     They are sums over the triangles from the origin to each edge.
     """
     area = x = y = second = 0.0
-    for (px, py), (qx, qy) in zip(corners, [*corners[1:], *corners[:1]], strict=True):
+    for (px, py), (qx, qy) in zip(corners, turned(corners), strict=True):
         twice = px * qy - qx * py
         area += twice / 2
         x += twice * (px + qx) / 6
@@ -71,7 +72,7 @@ def form_of(radius: float, corners: Sequence[Vector]) -> Form:
     """The form of a disc with a radius, m, or else of a convex outline with corners, counter-clockwise, m."""
     if radius:
         return Form((), radius)
-    edges = zip(corners, [*corners[1:], *corners[:1]], strict=True)
+    edges = zip(corners, turned(corners), strict=True)
     return Form(tuple(corners), max(hypot(x, y) for x, y in corners), tuple(_normal(*p, *q) for p, q in edges))
 
 

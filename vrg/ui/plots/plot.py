@@ -200,7 +200,7 @@ def _draw_part(
     """Draw a panel; `calls` are those of it that are marked, with the words beside them."""
     here, colours = shown.zones.get(part.round, ()), _colours(shown.tracks, part, shown.game)
     labels = Labels(metre, shown.extent)
-    flags = [_thing(thing, shown.game) for thing in shown.objects if not (thing.radius or thing.corners)]
+    flags = [_thing(thing, shown.game) for thing in shown.objects if not thing.is_body]
     ways = _ways(shown, part)
     last = [_thing(way[-1], shown.game) for way in ways.values()]
     draw_figures(axes, [*look.ground(shown.game, here, shown.obstacles, PAPER), *flags, *last], labels)

@@ -24,6 +24,7 @@ from vrg.hal.sim.contact import Placed
 from vrg.hal.sim.shapes import box_edges
 from vrg.portable.arrays import cos_sin_array, hypot, turn_order
 from vrg.portable.scalars import asin, atan2, cos_sin, tan
+from vrg.segments import turned
 
 Floats = npt.NDArray[np.float64]
 
@@ -78,7 +79,7 @@ def among_robots(walls: Edges, models: Sequence[RobotModel], poses: Floats) -> E
 def among_things(edges: Edges, discs: Floats, things: Sequence[Thing], height: float) -> tuple[Edges, Floats]:
     """The edges and the discs together with those of the passive bodies that reach up to a height, m."""
     seen = [at for at, tall in things if tall >= height]
-    sides = [(*a, *b) for at in seen for a, b in zip(at.corners, [*at.corners[1:], *at.corners[:1]], strict=True)]
+    sides = [(*a, *b) for at in seen for a, b in zip(at.corners, turned(at.corners), strict=True)]
     if sides:
         edges = edges.join(Edges(np.array(sides)))
     round_ones = [(at.x, at.y, at.radius) for at in seen if not at.corners]
