@@ -286,12 +286,12 @@ BUDGETS = {
     "commands": 2_868,  # with an emergency stop that tries all ways, what to do after a match; the kernel
     "hal/can": 2_765,  # with drives that are met again, or tell what cannot be; judges of one thing each
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
-    "games": 3_665,  # with the look of what lies on a field, portable arithmetic, and rules that batches share
+    "games": 3_750,  # with the look of what lies on a field, and rules that a match and batches share, as numbers
     "bus": 2_722,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
     "hal/sim": 3_311,  # with passive bodies and their contacts, and each call of the kernel beside its Python
     "localisation": 550,
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
-    "coordinator": 2_100,  # with passive bodies that are placed and published, and a standing that is kept
+    "coordinator": 2_135,  # with passive bodies that are placed and published, and looks as rows of numbers
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
     "hal": 1_612,  # actuators; the permission of robots, which the world uses too; samples that are made when looked at
     "shared values": 1_865,  # figures of a picture; what plug-ins add and show; whom an error is about; releases

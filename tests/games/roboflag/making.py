@@ -15,8 +15,7 @@ from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, Offer, Verdict
 from vrg.games.roboflag import FLAGGED, TAGGED, other
-from vrg.games.roboflag.judging import State
-from vrg.games.roboflag.rules import RoboFlag
+from vrg.games.roboflag.rules import RoboFlag, State
 from vrg.games.roboflag.settings import Settings
 from vrg.types import Pose, Vector
 

@@ -1,8 +1,10 @@
 """A thousand random games in which the rule book and the slow referee must agree on every call and every state."""
 
+import inspect
 import random
 from collections import Counter
 from fractions import Fraction
+from types import FunctionType
 
 import pytest
 
@@ -23,6 +25,7 @@ from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Contestant, Observation
+from vrg.games.roboflag import judging
 from vrg.games.roboflag.rules import RoboFlag
 from vrg.games.roboflag.settings import Settings, TeamHalf
 from vrg.types import Pose
@@ -397,3 +400,24 @@ def test_both_referees_agree_at_every_tick(chunk: int) -> None:
         counted += game.counted
     missing = {what for what in EXPECTED | JUDGED if not counted[what]}
     assert not missing, "every rule and every special case must have come up"
+
+
+@pytest.mark.parametrize(
+    ("function", "old", "new"),
+    [
+        (judging.judge_homes, "t.carriers[1 - team] = NO_ONE", "pass"),
+        (judging.judge_flags, "if at < first or (at == first and far < nearest)", "if True"),
+        (judging.judge_tags, "if t.states[n] == NORMAL:", "if True:"),
+        (judging.judge_tags, "t.states[by] == TAGGED", "t.after[by] == TAGGED"),
+        (judging.first_exposed, "if start - ROUNDING <= at <= end:", "if False:"),
+    ],
+)
+def test_they_disagree_where_the_rules_are_changed(
+    function: FunctionType, old: str, new: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source, names = inspect.getsource(function), dict(vars(judging))
+    assert source.count(old) == 1
+    exec(source.replace(old, new), names)
+    monkeypatch.setattr(function, "__code__", names[function.__name__].__code__)
+    with pytest.raises(AssertionError):
+        test_both_referees_agree_at_every_tick(0)

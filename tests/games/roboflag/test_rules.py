@@ -10,8 +10,7 @@ from tests.games.roboflag.making import FLAGS, HOMES, MID, book, calls, carrying
 from vrg.bus.messages import Stage
 from vrg.coordinator.rulebook import Observation, Verdict
 from vrg.games.roboflag import FLAGGED, NORMAL, TAG_DISTANCE, TAGGED, other
-from vrg.games.roboflag.judging import State
-from vrg.games.roboflag.rules import RoboFlag
+from vrg.games.roboflag.rules import RoboFlag, State
 from vrg.games.roboflag.settings import Settings, TeamHalf
 from vrg.types import Pose, Vector
 

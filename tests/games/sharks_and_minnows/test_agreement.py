@@ -390,8 +390,8 @@ def test_they_agree_whatever_officials_decide(chunk: int) -> None:
 @pytest.mark.parametrize(
     ("function", "old", "new"),
     [
-        (judging.judge, "if outs[n] == STAYS and not (", "if outs[n] == STAYS and (late or not "),
-        (judging.judge, "at < math.inf", "at < 0.5"),
+        (judging.find_outs, "if outs[n] == STAYS and not (", "if outs[n] == STAYS and (late or not "),
+        (judging.find_outs, "at < math.inf", "at < 0.5"),
         (judging.tagged_at, "s.tag_distance, refuge", "1.1 * s.tag_distance, refuge"),
     ],
 )

@@ -1,172 +1,191 @@
 """The judgement of RoboFlag at one look (thesis, Algorithm 4.3): first home, then the flag, then tags.
 
-Each part judges the whole ways of the players since the look before, so that none jumps over anything. Each function
-takes the state and these ways, and returns the new state and the calls. Distances are between centres, and a player at
-exactly the distance is near enough.
+The whole ways of the players since the look before are judged, so that none jumps over anything. Distances are between
+centres, and a player at exactly the distance is near enough.
+
+These are functions of numbers: those of lists judge one match, and those of arrays many at once. A record is an object
+with these fields, each a sequence of one value for each player unless something else is said:
+
+- the setting: `sides`, the number of its team; `order`, the rows of the players in the order of their names; of each
+  team `flag_places` and `homes`, (x, y) in m, and `ahead`, 1 if its opponents' half is at greater x or -1; `midline`,
+  its x in m; `tag_distance`, `flag_reach`, `home_reach` and `zone`, the radius of a flag zone, m; `captures`, those
+  that win; and `round_time` and `sudden_death`, how long such rounds last, s;
+- the standing: `states`; `here`, whether it is judged; of each team `carriers`, who has its flag, and `points`. `judge`
+  changes these. In `after` it works.
+
+Calls are noted as vrg.coordinator.look has them, by the numbers of RULES. Poses are (x, y, heading).
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import Any, Final
 
-from msgspec import structs
-
-from vrg.bus.messages import FieldObject
-from vrg.coordinator.rulebook import Call, GameState, called
-from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, flag_of, other
-from vrg.games.roboflag.layout import FieldLayout
-from vrg.geometry import interpolate
+from vrg.coordinator.look import NO_ONE, note
+from vrg.portable.scalars import hypot
 from vrg.segments import NEVER, Stretch, disc_part
-from vrg.types import Pose, Vector
+from vrg.types import Vector
 
-
-class State(GameState, frozen=True, kw_only=True):
-    """Everything that the rule book of this game remembers. The flags are among its `objects`.
-
-    A team has a point for each flag that it has captured.
-
-    Args:
-        marks: where each player lines up for this round: at one of the starts of its team.
-    """
-
-    marks: Mapping[str, Pose]
-
-    def flag(self, team: str) -> FieldObject:
-        """The flag of a team."""
-        return next(thing for thing in self.objects if thing.name == flag_of(team))
-
-    def with_carrier(self, team: str, carrier: str | None) -> "State":
-        """The same, but with this player as the carrier of the team's flag; None puts the flag back to its place."""
-        changed = structs.replace(self.flag(team), carrier=carrier)
-        return structs.replace(self, objects=tuple(changed if t.name == changed.name else t for t in self.objects))
-
-
-Judged = tuple[State, list[Call]]
-"""The new state, and the calls in order."""
+NORMAL, TAGGED, FLAGGED = range(3)
+"""The states."""
+RULES: Final = ("home", "capture", "flag", "tag", "time", "sudden_death")
+HOME, CAPTURE, FLAG, TAG, TIME, SUDDEN = range(len(RULES))
+"""The rules of calls by their numbers. The last two are about nobody."""
+DRAWN = 2
+"""The winner of a draw; of a game that goes on it is NO_ONE, as is the carrier of a flag that is in its place."""
+ROUNDS = 2
+SUDDEN_DEATH = 3
+"""The number of the round that decides a tie."""
 ROUNDING = 1e-9
 """The distance in m by which a player may be farther away than a limit, because numbers are rounded; and the fraction
 of the time between two looks by which two instants may differ that are the same."""
 
+Poses = Sequence[Sequence[float]]
+"""The pose of each player, or an array of shape (players, 3)."""
 
-@dataclass(frozen=True)
-class Ways:
-    """The ways of the players in play between two looks.
+
+def judge(s: Any, t: Any, c: Any, before: Poses, now: Poses, number: int, clock: float) -> bool:
+    """Judge a look, and return whether the round is over.
 
     Args:
-        before, now: the pose of each at the two looks. A player that is not in `before` stood where it is.
-        teams: the team of each.
+        s, t, c: the setting, the standing, and the record of calls. before, now: where the players are at the looks.
+        number: that of the round. clock: the time of play in it, s.
     """
-
-    before: Mapping[str, Pose]
-    now: Mapping[str, Pose]
-    teams: Mapping[str, str]
-
-    def of(self, name: str) -> tuple[Vector, Vector]:
-        """The places at which a player was and is, m."""
-        now, before = self.now[name], self.before.get(name)
-        end = (now.x, now.y)
-        return (end, end) if before is None else ((before.x, before.y), end)
-
-    def pose(self, name: str, at: float) -> Pose:
-        """The pose of a player at a fraction of the time between the looks."""
-        return interpolate(self.before.get(name, self.now[name]), self.now[name], at)
-
-    def within(self, name: str, place: Vector, reach: float) -> Stretch:
-        """The stretch in which a player was within `reach` m of a place."""
-        return inside(*self.of(name), place, reach)
-
-    def near(self, one: str, two: str, reach: float) -> Stretch:
-        """The stretch in which two players were within `reach` m of each other."""
-        return near(*self.of(one), *self.of(two), reach)
-
-    def call(self, rule: str, text: str, at: float, *names: str) -> Call:
-        """A call about these players, with their poses at a fraction of the time between the looks."""
-        return called(rule, text, {name: self.pose(name, at) for name in names})
+    captured = judge_homes(s, t, c, before, now)
+    judge_flags(s, t, c, before, now)
+    judge_tags(s, t, c, before, now)
+    decided = is_decided(s, t.points, number, captured)
+    if not decided and clock < time_limit(s, number) - 1e-9:
+        return False
+    if not decided:
+        note(c, TIME, NO_ONE, math.inf)
+    return True
 
 
-def judge_homes(state: State, layout: FieldLayout, ways: Ways) -> Judged:
-    """A player that came in reach of its own home becomes normal; a carrier scores there, and the flag returns."""
-    calls = []
-    for name in sorted(ways.now):
-        team, before = ways.teams[name], state.states[name]
-        if before == NORMAL:
+def judge_homes(s: Any, t: Any, c: Any, before: Poses, now: Poses) -> bool:
+    """A player that came in reach of its own home becomes normal; a carrier scores there, and the flag returns.
+
+    Returns:
+        whether a flag was captured.
+    """
+    captured = False
+    for n in s.order:
+        if not t.here[n] or t.states[n] == NORMAL:
             continue
-        home = layout.home(team)
-        stretch = ways.within(name, (home.x, home.y), layout.home_reach)
-        if stretch == NEVER:
+        team, (start, end) = s.sides[n], way(before, now, n)
+        at, last = inside(start, end, (s.homes[team][0], s.homes[team][1]), s.home_reach)
+        if at > last:
             continue
-        state = state.with_state([name], NORMAL)
-        if before == TAGGED:
-            calls.append(ways.call("home", f"{name} is at home and plays again", stretch[0], name))
-            continue
-        state = state.with_carrier(other(team), None).with_points(team, state.points[team] + 1)
-        score = " to ".join(str(state.points[t]) for t in (team, other(team)))
-        text = f"{name} captures the flag of {other(team)}: {score} for {team}"
-        calls.append(ways.call("capture", text, stretch[0], name))
-    return state, calls
+        if t.states[n] == FLAGGED:
+            captured = True
+            t.carriers[1 - team] = NO_ONE
+            t.points[team] += 1
+        note(c, HOME if t.states[n] == TAGGED else CAPTURE, n, at)
+        t.states[n] = NORMAL
+    return captured
 
 
-def judge_flags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
+def judge_flags(s: Any, t: Any, c: Any, before: Poses, now: Poses) -> None:
     """A normal player that came in reach of the opponents' flag takes it.
 
     Among several it is the first, among those at the same instant the nearest, and then the first by name. A
     flag has one carrier, and a team has one flag to take, so no player carries two.
     """
-    calls = []
-    for team in TEAMS:
-        place = layout.flag(team)
-        takers = []
-        for name in ways.now:
-            if ways.teams[name] == other(team) and state.states[name] == NORMAL:
-                stretch = ways.within(name, place, layout.flag_reach)
-                if stretch != NEVER:
-                    pose = ways.pose(name, stretch[0])
-                    takers.append((stretch[0], math.dist((pose.x, pose.y), place), name))
-        if takers and state.flag(team).carrier is None:
-            at, _, taker = min(takers)
-            state = state.with_state([taker], FLAGGED).with_carrier(team, taker)
-            calls.append(ways.call("flag", f"{taker} takes the flag of {team}", at, taker))
-    return state, calls
+    for team in range(2):
+        if t.carriers[team] != NO_ONE:
+            continue
+        place = (s.flag_places[team][0], s.flag_places[team][1])
+        taker, first, nearest = NO_ONE, math.inf, math.inf
+        for n in s.order:
+            if not t.here[n] or s.sides[n] == team or t.states[n] != NORMAL:
+                continue
+            start, end = way(before, now, n)
+            at, last = inside(start, end, place, s.flag_reach)
+            if at > last:
+                continue
+            x, y = start[0] + (end[0] - start[0]) * at, start[1] + (end[1] - start[1]) * at
+            far = hypot(x - place[0], y - place[1])
+            if at < first or (at == first and far < nearest):
+                taker, first, nearest = n, at, far
+        if taker != NO_ONE:
+            t.states[taker], t.carriers[team] = FLAGGED, taker
+            note(c, FLAG, taker, first)
 
 
-def judge_tags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
-    """Judge all tags by the state before any of them, so that two players can tag each other.
+def judge_tags(s: Any, t: Any, c: Any, before: Poses, now: Poses) -> None:
+    """Judge all tags by the states before any of them, so that two players can tag each other.
 
     Opponents that are not tagged themselves tag. A normal player can be tagged on the opponents' half, and a carrier
     anywhere; no player can be inside a flag zone. The flag of a tagged carrier returns to its place.
     """
-    tags = [(name, by) for name in sorted(ways.now) if (by := _tags_of(state, layout, ways, name))]
-    calls = []
-    for name, by in tags:
-        back = ""
-        if state.states[name] == FLAGGED:
-            opponents = other(ways.teams[name])
-            state = state.with_carrier(opponents, None)
-            back = f", and the flag of {opponents} returns"
-        state = state.with_state([name], TAGGED)
-        text = f"{name} is tagged by {' and '.join(by)}{back}"
-        calls.append(ways.call("tag", text, min(by.values()), name, *by))
-    return state, calls
-
-
-def _tags_of(state: State, layout: FieldLayout, ways: Ways, name: str) -> dict[str, float]:
-    """The players that tag this one, sorted by name, and when each first does."""
-    team, status = ways.teams[name], state.states[name]
-    if status == TAGGED:
-        return {}
-    start, end = ways.of(name)
-    exposed = (0.0, 1.0) if status == FLAGGED else invasion(start[0], end[0], layout.midline, layout.ahead(team))
-    one, two = (inside(start, end, (zone.x, zone.y), zone.radius) for zone in layout.flag_zones())
-    found = {}
-    for by in sorted(ways.now):
-        if ways.teams[by] != team and state.states[by] != TAGGED:
-            at = first_exposed(ways.near(name, by, layout.tag_distance), exposed, one, two)
+    for n in s.order:
+        t.after[n] = t.states[n]
+        if not t.here[n] or t.states[n] == TAGGED:
+            continue
+        team, (start, end) = s.sides[n], way(before, now, n)
+        exposed: Stretch = (0.0, 1.0)
+        if t.states[n] == NORMAL:
+            exposed = invasion(start[0], end[0], s.midline, s.ahead[team])
+        if exposed == NEVER:
+            continue
+        one = inside(start, end, (s.flag_places[0][0], s.flag_places[0][1]), s.zone)
+        two = inside(start, end, (s.flag_places[1][0], s.flag_places[1][1]), s.zone)
+        k = NO_ONE
+        for by in s.order:
+            if not t.here[by] or s.sides[by] == team or t.states[by] == TAGGED:
+                continue
+            b0, b1 = way(before, now, by)
+            at = first_exposed(near(start, end, b0, b1, s.tag_distance), exposed, one, two)
             if at < math.inf:
-                found[by] = at
-    return found
+                if k == NO_ONE:
+                    k = note(c, TAG, n, at)
+                c.others[k][by] = True
+                c.instants[k] = min(c.instants[k], at)
+        if k != NO_ONE:
+            t.after[n] = TAGGED
+            if t.states[n] == FLAGGED:
+                t.carriers[1 - team] = NO_ONE
+    for n in s.order:
+        t.states[n] = t.after[n]
 
 
-# What follows are functions of numbers alone, so that they can be compiled for many matches at once as they stand.
+def is_decided(s: Any, points: Sequence[int], number: int, captured: bool) -> bool:
+    """True if a round ends before its time: by enough captures, or by any in sudden death.
+
+    Args:
+        points: of each team; an official may set them. number: that of the round.
+        captured: whether a flag was captured at this look: both teams may capture at once, which leaves a tie.
+    """
+    if number == SUDDEN_DEATH:
+        return captured or points[0] != points[1]
+    return is_enough(s, points)
+
+
+def is_enough(s: Any, points: Sequence[int]) -> bool:
+    """True if a team has captured enough flags to end the game."""
+    return bool(max(points[0], points[1]) >= s.captures)
+
+
+def time_limit(s: Any, number: int) -> float:
+    """The time of play after which a round ends, s."""
+    return float(s.sudden_death if number == SUDDEN_DEATH else s.round_time)
+
+
+def next_number(s: Any, points: Sequence[int], number: int) -> int:
+    """The number of the round that follows one, if the game goes on."""
+    return SUDDEN_DEATH if number >= ROUNDS or is_enough(s, points) else number + 1
+
+
+def winner(s: Any, points: Sequence[int], number: int) -> int:
+    """The team that has won after a round; DRAWN, or NO_ONE if the game goes on."""
+    if next_number(s, points, number) == SUDDEN_DEATH and points[0] != points[1]:
+        return 0 if points[0] > points[1] else 1
+    return DRAWN if number >= SUDDEN_DEATH else NO_ONE
+
+
+def way(before: Poses, now: Poses, n: int) -> tuple[Vector, Vector]:
+    """Where a player was and is, m."""
+    a, b = before[n], now[n]
+    return (a[0], a[1]), (b[0], b[1])
 
 
 def inside(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch:

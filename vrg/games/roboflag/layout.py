@@ -5,6 +5,7 @@ Also the problems that keep a match on such a field from being played.
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from vrg.bus.messages import Zone
 from vrg.coordinator.rulebook import Contestant
@@ -69,6 +70,19 @@ class FieldLayout:
     def flag_zones(self) -> list[Circle]:
         """The zones in which no player can be tagged."""
         return [self._zones[team] for team in TEAMS]
+
+    def numbers(self) -> dict[str, Any]:
+        """What `vrg.games.roboflag.judging` takes of a field, by its names; lists have a value for each team."""
+        return {
+            "flag_places": [self.flag(team) for team in TEAMS],
+            "homes": [(home.x, home.y) for home in map(self.home, TEAMS)],
+            "ahead": [self.ahead(team) for team in TEAMS],
+            "midline": self.midline,
+            "tag_distance": self.tag_distance,
+            "flag_reach": self.flag_reach,
+            "home_reach": self.home_reach,
+            "zone": self.flag_zone(RED).radius,
+        }
 
     def zones(self) -> list[Zone]:
         """The parts of the field as they are published."""

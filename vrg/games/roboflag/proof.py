@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from vrg.coordinator.proof import ROUNDING, Case, Measure, Relation
 from vrg.coordinator.rulebook import away
 from vrg.games.roboflag import FLAGGED, other
-from vrg.games.roboflag.judging import Ways
-from vrg.games.roboflag.rules import SUDDEN_DEATH, RoboFlag
+from vrg.games.roboflag.judging import near
+from vrg.games.roboflag.rules import RoboFlag
+from vrg.geometry import interpolate
 from vrg.segments import NEVER
 from vrg.types import Pose, Vector
 
@@ -28,8 +29,7 @@ def prove(book: RoboFlag, case: Case) -> Sequence[Measure]:
             what = f"distance of {players[0]}'s centre from the flag of {opponents}"
             found = [_distance(what, poses[0], place, book.layout.flag_reach)]
         case "time":
-            sudden = case.state.round == SUDDEN_DEATH
-            limit = book.settings.sudden_death if sudden else book.settings.round_time
+            limit = book.time_limit(case.state)
             found = [Measure("time of play in this round", case.call.clock, Relation.AT_LEAST, limit, "s")]
         case _:
             found = []
@@ -39,13 +39,15 @@ def prove(book: RoboFlag, case: Case) -> Sequence[Measure]:
 def _tag(book: RoboFlag, case: Case) -> list[Measure]:
     (name, *taggers), (here, *theirs) = case.call.players, case.call.poses
     reach, found = book.layout.tag_distance, []
-    ways = Ways(case.before.poses, case.now.poses, book.teams)
+    ways = {n: (case.before.poses.get(n, case.now.poses[n]), case.now.poses[n]) for n in case.call.players}
     later = any(away(here, pose) <= reach + ROUNDING for pose in theirs)
     for by, pose in zip(taggers, theirs, strict=True):
         ends = here, pose
-        if later and away(here, pose) > reach + ROUNDING and (stretch := ways.near(name, by, reach)) != NEVER:
+        if later and away(here, pose) > reach + ROUNDING:
+            a, b = [((was.x, was.y), (now.x, now.y)) for was, now in (ways[name], ways[by])]
             # The poses of the call are those of the first tag; this opponent comes near enough after it.
-            ends = ways.pose(name, stretch[0]), ways.pose(by, stretch[0])
+            if (stretch := near(*a, *b, reach)) != NEVER:
+                ends = interpolate(*ways[name], stretch[0]), interpolate(*ways[by], stretch[0])
         what = f"distance between the centres of {name} and {by}"
         found.append(_distance(what, ends[0], (ends[1].x, ends[1].y), reach))
     if case.state.states[name] != FLAGGED:

@@ -1,23 +1,56 @@
 """The rules of RoboFlag (thesis 4.4, Algorithm 4.3): capture the flag, with two halves, two homes and two flags."""
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 
 from msgspec import structs
 
 from vrg.bus.messages import Auction, FieldObject, Zone
 from vrg.coordinator.auctions import closed, opened
+from vrg.coordinator.look import NO_ONE, Look
 from vrg.coordinator.placing import assigned
-from vrg.coordinator.rulebook import DRAW, Call, Contestant, Observation, RuleBook, Verdict
+from vrg.coordinator.rulebook import DRAW, Call, Contestant, GameState, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError
-from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
-from vrg.games.roboflag.judging import State, Ways, judge_flags, judge_homes, judge_tags
+from vrg.games.roboflag import (
+    FLAG,
+    FLAGGED,
+    GAME,
+    NORMAL,
+    TAG_DISTANCE,
+    TAGGED,
+    TEAMS,
+    attack_of,
+    flag_of,
+    judging,
+    other,
+)
 from vrg.games.roboflag.layout import FieldLayout, problems_of
 from vrg.games.roboflag.settings import Settings
 from vrg.types import Pose
 
-ROUNDS = 2
-SUDDEN_DEATH = 3
-"""The number of the round that decides a tie."""
+STATES = (NORMAL, TAGGED, FLAGGED)
+"""The states by their numbers in `judging`."""
+
+
+class State(GameState, frozen=True, kw_only=True):
+    """Everything that the rule book of this game remembers. The flags are among its `objects`.
+
+    A team has a point for each flag that it has captured.
+
+    Args:
+        marks: where each player lines up for this round: at one of the starts of its team.
+    """
+
+    marks: Mapping[str, Pose]
+
+    def flag(self, team: str) -> FieldObject:
+        """The flag of a team."""
+        return next(thing for thing in self.objects if thing.name == flag_of(team))
+
+    def with_carrier(self, team: str, carrier: str | None) -> "State":
+        """The same, but with this player as the carrier of the team's flag; None puts the flag back to its place."""
+        changed = structs.replace(self.flag(team), carrier=carrier)
+        return structs.replace(self, objects=tuple(changed if t.name == changed.name else t for t in self.objects))
 
 
 class RoboFlag(RuleBook[State]):
@@ -34,7 +67,7 @@ class RoboFlag(RuleBook[State]):
 
     name = GAME.name
     round_word = GAME.round_word
-    rounds = ROUNDS
+    rounds = judging.ROUNDS
     state_type = State
 
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
@@ -47,6 +80,15 @@ class RoboFlag(RuleBook[State]):
         # A robot that is released at the border of the field would turn beyond it.
         self._driven_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}
         self.lineup_limit = settings.patience
+        self._names = sorted(self.contestants)
+        self._setting = SimpleNamespace(
+            sides=[TEAMS.index(self.teams[name]) for name in self._names],
+            order=range(len(self._names)),
+            captures=settings.captures,
+            round_time=settings.round_time,
+            sudden_death=settings.sudden_death,
+            **self.layout.numbers(),
+        )
 
     def initial(self) -> State:
         """The state in which every player is normal, both flags are in their places, and no team has scored."""
@@ -70,37 +112,79 @@ class RoboFlag(RuleBook[State]):
     def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
         """Judge the ways between two instants: homes, flags, tags, then who bids, and the end of the round."""
         state, calls = self._returned(state)
-        here = {name: pose for name, pose in now.poses.items() if name in self.teams and name not in state.disqualified}
-        ways = Ways(before.poses, here, self.teams)
-        for part in (judge_homes, judge_flags, judge_tags):
-            state, found = part(state, self.layout, ways)
-            calls += found
-        state = self._driven_home(self._auctions(state, clock))
-        return self._end_of_round(state, clock, calls)
+        look = Look(self._names, before, now, 2 * len(self._names) + len(TEAMS) + 1)
+        carriers = [state.flag(team).carrier for team in TEAMS]
+        standing = SimpleNamespace(
+            states=[STATES.index(state.states[name]) for name in self._names],
+            here=[here and name not in state.disqualified for name, here in zip(self._names, look.here, strict=True)],
+            carriers=[NO_ONE if name is None else self._names.index(name) for name in carriers],
+            points=[state.points[team] for team in TEAMS],
+            after=[judging.NORMAL] * len(self._names),
+        )
+        over = judging.judge(self._setting, standing, look, look.before, look.now, state.round, clock)
+        calls += self._calls(state, look)
+        state = self._driven_home(self._auctions(self._after(state, standing), clock))
+        return Verdict(structs.replace(state, auctions={}, driven={}) if over else state, calls, round_over=over)
+
+    def _calls(self, state: State, look: Look) -> list[Call]:
+        """What was called at a look, from the state before it."""
+        calls, points, carried = [], dict(state.points), set(state.in_state(FLAGGED))
+        for rule, players, at in look.noted():
+            name, *taggers = players or ("",)
+            opponents = other(self.teams.get(name, ""))
+            match rule:
+                case judging.HOME:
+                    text = f"{name} is at home and plays again"
+                case judging.CAPTURE:
+                    team = self.teams[name]
+                    points[team] += 1
+                    carried.discard(name)
+                    text = f"{name} captures the flag of {opponents}: {points[team]} to {points[opponents]} for {team}"
+                case judging.FLAG:
+                    carried.add(name)
+                    text = f"{name} takes the flag of {opponents}"
+                case judging.TAG:
+                    text = f"{name} is tagged by {' and '.join(taggers)}"
+                    text += f", and the flag of {opponents} returns" if name in carried else ""
+                case _:
+                    text = f"the time of round {state.round} is up"
+            calls.append(look.call(judging.RULES[rule], text, players, at))
+        return calls
+
+    def _after(self, state: State, standing: SimpleNamespace) -> State:
+        """The state after a look."""
+        for name, number in zip(self._names, standing.states, strict=True):
+            state = state.with_state([name], STATES[number])
+        for team, carrier, points in zip(TEAMS, standing.carriers, standing.points, strict=True):
+            by = None if carrier == NO_ONE else self._names[carrier]
+            if by != state.flag(team).carrier:
+                state = state.with_carrier(team, by)
+            state = state.with_points(team, points)
+        return state
 
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or begin the next round: scores carry over, positions and flags do not."""
-        first, second = (state.points[team] for team in TEAMS)
-        leader = TEAMS[0] if first > second else TEAMS[1]
-        last = self._decided(state) or state.round >= ROUNDS
-        if last and first != second:
-            return Verdict(state, winner=leader, why=self._why(state, leader))
-        if state.round >= SUDDEN_DEATH:
-            return Verdict(state, winner=DRAW, why=f"still a tie after sudden death, {first} to {second}")
+        points = [state.points[team] for team in TEAMS]
+        won = judging.winner(self._setting, points, state.round)
+        if won == judging.DRAWN:
+            return Verdict(state, winner=DRAW, why=f"still a tie after sudden death, {points[0]} to {points[1]}")
+        if won != NO_ONE:
+            return Verdict(state, winner=TEAMS[won], why=self._why(state, TEAMS[won]))
         marks: dict[str, Pose] = {}
         for team in TEAMS:
             starts = {name: start for name, start in self.initial().marks.items() if self.teams[name] == team}
             marks |= assigned({name: now.poses.get(name, start) for name, start in starts.items()}, [*starts.values()])
+        number = judging.next_number(self._setting, points, state.round)
         fresh = structs.replace(
             self.initial(),
             marks=marks,
-            round=SUDDEN_DEATH if last else state.round + 1,
+            round=number,
             points=state.points,
             disqualified=state.disqualified,
         )
-        if not last:
+        if number < judging.SUDDEN_DEATH:
             return Verdict(fresh)
-        text = f"a tie, {first} to {second}: sudden death, in which the first capture wins"
+        text = f"a tie, {points[0]} to {points[1]}: sudden death, in which the first capture wins"
         return Verdict(fresh, [Call(rule="sudden_death", text=text)])
 
     def zones(self, state: State) -> list[Zone]:
@@ -166,28 +250,14 @@ class RoboFlag(RuleBook[State]):
 
     def _why(self, state: State, winner: str) -> str:
         """Why the game is over, in words."""
-        if state.round >= SUDDEN_DEATH:
+        if state.round >= judging.SUDDEN_DEATH:
             # By a capture, or by the score that an official has set.
             return f"the lead in sudden death, {state.points[winner]} to {min(state.points.values())}"
         points = state.points[winner]
         won = "1 flag is captured" if points == 1 else f"{points} flags are captured"
-        return won if self._decided(state) else "the time is up"
+        enough = judging.is_enough(self._setting, [*state.points.values()])
+        return won if enough else "the time is up"
 
     def time_limit(self, state: State) -> float:
         """The time of play in s at which this round ends at the latest."""
-        return self.settings.sudden_death if state.round == SUDDEN_DEATH else self.settings.round_time
-
-    def _decided(self, state: State) -> bool:
-        """True if a team has captured enough flags to end the game."""
-        return any(captured >= self.settings.captures for captured in state.points.values())
-
-    def _end_of_round(self, state: State, clock: float, calls: list[Call]) -> Verdict[State]:
-        decided = self._decided(state)
-        if state.round == SUDDEN_DEATH:
-            # An official may set a score, too. Both teams may capture at once, which leaves the tie.
-            decided = len(set(state.points.values())) > 1 or any(call.rule == "capture" for call in calls)
-        if not decided and clock < self.time_limit(state) - 1e-9:
-            return Verdict(state, calls)
-        if not decided:
-            calls.append(Call(rule="time", text=f"the time of round {state.round} is up"))
-        return Verdict(structs.replace(state, auctions={}, driven={}), calls, round_over=True)
+        return judging.time_limit(self._setting, state.round)

@@ -4,17 +4,18 @@ A record is an object with these fields, each a sequence of one value for each p
 
 - the setting: `bounds` of the field and `zones` of the low and the high end, (x_min, y_min, x_max, y_max) in m;
   `tag_distance`, m; `pass_limit`, s, 0 for none; and `order`, the rows of the players in the order of their names;
-- the standing: `roles`; `active`; `seen`, at how many of the two looks (one is that of now); `goal`, the end that
-  minnows cross to. `judge` writes `outs`, of active players why each is out; `exits`, when each left the field; and
-  `instants`, when each was tagged. In `hunters` and `boxes` it works.
+- the standing: `roles`; `active`; `points` of the minnows and the sharks; `seen`, at how many of the two looks (one is
+  that of now); `goal`, the end that minnows cross to. `judge` changes who is active, and the points. In `outs`,
+  `exits`, `instants`, `hunters` and `boxes` it works.
 
-Instants are fractions of the way between the two looks, infinite for never. Poses are (x, y, heading).
+Calls are noted as vrg.coordinator.look has them, by the numbers of RULES. Poses are (x, y, heading).
 """
 
 import math
 from collections.abc import Sequence
 from typing import Any, Final
 
+from vrg.coordinator.look import NO_ONE, note
 from vrg.games.sharks_and_minnows.tagging import RESOLUTION, SweptBody, first_tag, swept
 from vrg.geometry import circumradius, interpolate, outline_distance
 from vrg.portable.scalars import hypot
@@ -24,8 +25,11 @@ from vrg.types import Pose
 
 MINNOW, SHARK = 0, 1
 """The roles."""
-STAYS, TAGGED, OUT_OF_BOUNDS, LATE = range(4)
-"""Why a player is out."""
+RULES: Final = ("tag", "out_of_bounds", "pass_limit", "pass_over", "new_shark")
+TAGGED, OUT_OF_BOUNDS, LATE, PASS_OVER, NEW_SHARK = range(len(RULES))
+"""The rules of calls by their numbers. The first three are why players are out."""
+STAYS: Final = -1
+"""Stands for the reason why a player is out where it is not."""
 NO_ROLE: Final = -1
 BOTH = 2
 _EPS = 1e-9
@@ -34,13 +38,38 @@ Poses = Sequence[Sequence[float]]
 """The pose of each player, or an array of shape (players, 3)."""
 
 
-def judge(s: Any, t: Any, before: Poses, now: Poses, sizes: Poses, clock: float) -> bool:
-    """Decide who is out at a look, and return whether the pass is over: every minnow that is left is in the safe zone.
+def judge(s: Any, t: Any, c: Any, before: Poses, now: Poses, sizes: Poses, clock: float) -> bool:
+    """Judge a look, and return whether the pass is over: every minnow that is left is in the safe zone.
 
     Args:
-        s, t: the setting and the standing. before, now: where the players are at the two looks.
+        s, t, c: the setting, the standing, and the record of calls. before, now: where the players are at the looks.
         sizes: the length and the width of each body, m. clock: the time of play in this pass, s.
     """
+    over = find_outs(s, t, before, now, sizes, clock)
+    for out in (TAGGED, OUT_OF_BOUNDS, LATE):
+        for n in s.order:
+            if t.outs[n] == out:
+                at = t.instants[n] if out == TAGGED else t.exits[n]
+                k = note(c, out, n, at)
+                if out == TAGGED:
+                    for shark in s.order:
+                        if tags(s, t, before, now, sizes, shark, n):
+                            c.others[k][shark] = True
+    for n in s.order:
+        if t.outs[n] != STAYS:
+            t.active[n] = False
+            t.points[SHARK] += t.roles[n] == MINNOW
+    if over:
+        k = note(c, PASS_OVER, NO_ONE, math.inf)
+        for n in s.order:
+            if t.active[n] and t.roles[n] == MINNOW:
+                c.others[k][n] = True
+                t.points[MINNOW] += 1
+    return over
+
+
+def find_outs(s: Any, t: Any, before: Poses, now: Poses, sizes: Poses, clock: float) -> bool:
+    """Find who is out at a look and why, and return whether the pass is over."""
     find_exits(s, t, before, now)
     hunters, refuge = find_hunters(s, t, before, now, sizes), box_of(s.zones[t.goal])
     late = s.pass_limit > 0.0 and clock >= s.pass_limit - _EPS

@@ -12,12 +12,12 @@ import numpy as np
 from msgspec import structs
 
 from vrg.bus.messages import Zone
+from vrg.coordinator.look import Look
 from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict, called
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS, judging
 from vrg.games.sharks_and_minnows.lineup import LargestBody, line_up
 from vrg.games.sharks_and_minnows.settings import Settings, opposite, passes, problems_of
-from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -27,7 +27,6 @@ PASS_TIME_FACTOR = 3.0
 
 ENDS = ("low", "high")
 """The ends of the field by their numbers."""
-_NOWHERE = Pose(0.0, 0.0, 0.0)
 
 
 class State(GameState, frozen=True, kw_only=True):
@@ -108,62 +107,40 @@ class SharksAndMinnows(RuleBook[State]):
         """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
         # A disqualified player is out, like one that is tagged, but no team scores by it.
         state = state.with_state(state.disqualified, INACTIVE)
-        look = self._look(state, before, now)
-        over = judging.judge(self._setting, look, look.before, look.now, self._sizes, clock)
-        calls = [
-            *(self._tag(look, n, before, now) for n, out in enumerate(look.outs) if out == judging.TAGGED),
-            *(self._exit(look, n, before, now) for n, out in enumerate(look.outs) if out == judging.OUT_OF_BOUNDS),
-        ]
-        how = f"is not in the safe zone after {self.pass_limit:.0f} s, and out of this pass"
-        for name in [name for name, out in zip(self._names, look.outs, strict=True) if out == judging.LATE]:
-            seen = (now.poses[name],) if name in now.poses else ()
-            calls.append(Call(rule="pass_limit", text=f"{name} {how}", players=(name,), poses=seen))
-        hit = [call.players[0] for call in calls]
-        caught = sum(state.roles[name] == MINNOW for name in hit)
-        state = state.with_state(hit, INACTIVE).with_points(SHARKS, state.points[SHARKS] + caught)
-        if not over:
-            return Verdict(state, calls)
-        home = {name: now.poses[name] for name in sorted(state.active(MINNOW))}
-        state = state.with_points(MINNOWS, state.points[MINNOWS] + len(home))
-        left = f"{len(home)} minnow{'' if len(home) == 1 else 's'} left"
-        calls.append(called("pass_over", f"pass {state.round} of {self.rounds} is over, {left}", home))
-        return Verdict(state, calls, round_over=True)
-
-    def _look(self, state: State, before: Observation, now: Observation) -> SimpleNamespace:
-        """The standing at a look, for `judging`, with the poses at both; rows are players in the order of their names.
-
-        A player that is not there at one of the looks is where it is at the other, or anywhere.
-        """
-        names, count = self._names, len(self._names)
-        ends = [now.poses.get(name, _NOWHERE) for name in names]
-        starts = [before.poses.get(name, end) for name, end in zip(names, ends, strict=True)]
-        return SimpleNamespace(
-            before=[(pose.x, pose.y, pose.theta) for pose in starts],
-            now=[(pose.x, pose.y, pose.theta) for pose in ends],
+        names = self._names
+        look = Look(names, before, now, len(names) + 1)
+        standing = SimpleNamespace(
             roles=[judging.SHARK if state.roles[name] == SHARK else judging.MINNOW for name in names],
             active=[state.states[name] == ACTIVE for name in names],
-            seen=[(name in now.poses) + (name in now.poses and name in before.poses) for name in names],
+            points=[state.points[team] for team in (MINNOWS, SHARKS)],
+            seen=[here + both for here, both in zip(look.here, look.seen, strict=True)],
             goal=ENDS.index(state.goal),
-            outs=[judging.STAYS] * count,
-            exits=[math.inf] * count,
-            instants=[math.inf] * count,
-            hunters=[0] * count,
-            boxes=[_NOWHERE] * count,
+            outs=[judging.STAYS] * len(names),
+            exits=[math.inf] * len(names),
+            instants=[math.inf] * len(names),
+            hunters=[0] * len(names),
+            boxes=[(0.0, 0.0, 0.0, 0.0)] * len(names),
         )
+        over = judging.judge(self._setting, standing, look, look.before, look.now, self._sizes, clock)
+        minnows, sharks = standing.points
+        state = state.with_points(MINNOWS, minnows).with_points(SHARKS, sharks)
+        state = state.with_state([name for name, on in zip(names, standing.active, strict=True) if not on], INACTIVE)
+        return Verdict(state, [self._call(state, look, *noted) for noted in look.noted()], round_over=over)
 
-    def _tag(self, look: SimpleNamespace, n: int, before: Observation, now: Observation) -> Call:
-        poses, sizes = (look.before, look.now), self._sizes
-        taggers = [name for k, name in enumerate(self._names) if judging.tags(self._setting, look, *poses, sizes, k, n)]
-        name, at = self._names[n], look.instants[n]
-        text = f"{name} is tagged by {' and '.join(taggers)}, and out of this pass"
-        where = {each: interpolate(before.poses[each], now.poses[each], at) for each in (name, *taggers)}
-        return called("tag", text, where)
-
-    def _exit(self, look: SimpleNamespace, n: int, before: Observation, now: Observation) -> Call:
-        name = self._names[n]
-        pose = interpolate(before.poses.get(name, now.poses[name]), now.poses[name], look.exits[n])
-        text = f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}), and out of this pass"
-        return called("out_of_bounds", text, {name: pose})
+    def _call(self, state: State, look: Look, rule: int, players: tuple[str, ...], at: float) -> Call:
+        call = look.call(judging.RULES[rule], "", players, at)
+        match rule:
+            case judging.TAGGED:
+                what = f"{players[0]} is tagged by {' and '.join(players[1:])}, and out of this pass"
+            case judging.OUT_OF_BOUNDS:
+                where = f"({call.poses[0].x:.2f}, {call.poses[0].y:.2f})"
+                what = f"{players[0]} is out of bounds at {where}, and out of this pass"
+            case judging.LATE:
+                what = f"{players[0]} is not in the safe zone after {self.pass_limit:.0f} s, and out of this pass"
+            case _:
+                left = f"{len(players)} minnow{'' if len(players) == 1 else 's'} left"
+                what = f"pass {state.round} of {self.rounds} is over, {left}"
+        return structs.replace(call, text=what)
 
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or let inactive players become sharks and the teams swap ends."""

@@ -11,11 +11,11 @@ from msgspec import structs
 from vrg.bus.messages import Stage
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
+from vrg.coordinator.look import NO_ONE
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Call, Observation
 from vrg.types import Pose
 from vrg_learn.batch.matches import Batch
-from vrg_learn.batch.roboflag_players import NO_ONE
 from vrg_learn.batch.stepping import PERIOD
 
 Singles = npt.NDArray[np.float32]

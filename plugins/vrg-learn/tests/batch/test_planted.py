@@ -50,20 +50,19 @@ def planted(mistake: Planted) -> Iterator[None]:
 
 SHARKS = (
     Planted(sharks_and_minnows.next_round, "t.roles[n], t.active[n] = SHARK, True", "t.active[n] = True"),
-    Planted(sharks_and_minnows.judge, "r.sizes, shark, n)", "r.sizes, n, shark)"),
+    Planted(sharks_and_minnows.judge, "c.others[:] = False", "pass"),
     Planted(sharks_and_minnows.judge, "t.before[:] = m.poses", "pass"),
     Planted(assigning.line_up, "dx * dx + dy * dy", "math.sqrt(dx * dx + dy * dy)"),
 )
-OUT = (Planted(sharks_and_minnows.judge, "t.points[SHARK] += t.roles[n] == MINNOW", "t.points[SHARK] += 1"),)
+OUT = (Planted(sharks_and_minnows.judge, "t.clock += dt", "t.clock += 2.0 * dt"),)
 FLAGS = (
-    Planted(roboflag.judge_tags, "if t.states[n] == NORMAL:", "if False:"),
-    Planted(roboflag.judge_homes, "s.home_reach) == NEVER", "s.flag_reach) == NEVER"),
+    Planted(roboflag.judge, "t.number, t.clock)", "t.number, t.clock - dt)"),
     Planted(roboflag.begin_round, "t.carriers[:] = NO_ONE", "pass"),
 )
 ANYWHERE = (
-    Planted(roboflag.judge_tags, "t.carriers[1 - team] = NO_ONE", "pass"),
-    Planted(roboflag.judge_flags, "t.states[n] != NORMAL", "t.states[n] == FLAGGED"),
-    Planted(roboflag.next_round, "t.number = SUDDEN_DEATH if last", "t.number = SUDDEN_DEATH + 1 if last"),
+    Planted(roboflag.judge, "t.before[:] = m.poses", "pass"),
+    Planted(roboflag.judge, "c.others[:] = False", "pass"),
+    Planted(roboflag.next_round, "if t.number == SUDDEN_DEATH:", "if False:"),
 )
 SHARKS_ANYWHERE = (Planted(sharks_and_minnows.next_round, "if t.roles[n] == MINNOW:", "if True:"),)
 ZONES = (Planted(roboflag.observe, " or in_zone(s, 1, x, y)", ""),)

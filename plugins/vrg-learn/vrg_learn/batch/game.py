@@ -12,19 +12,16 @@ from vrg_learn.rewards import WINNING
 def calls(matches: int, players: int, most: int) -> Records:
     """Room for so many calls at a look.
 
-    Fields: `total`: how many there are; and of each of them `rules`: its number in `BatchedGame.rules`; `players`: the
-    row of the first player that it names, -1 if it names none first; `others`: which others it names.
+    Its fields are those of vrg.coordinator.look; rules have their numbers in `BatchedGame.rules`.
     """
-    return records(matches, total=(int,), rules=(int, most), players=(int, most), others=(bool, most, players))
-
-
-def call(c: Record, rule: int, player: int) -> int:
-    """Add a call about a player to those of a match, and return its number."""
-    k = c.total
-    c.rules[k], c.players[k] = rule, player
-    c.others[k, :] = False
-    c.total = k + 1
-    return int(k)
+    return records(
+        matches,
+        total=(int,),
+        rules=(int, most),
+        players=(int, most),
+        instants=(float, most),
+        others=(bool, most, players),
+    )
 
 
 def worths(rules: Sequence[str], learning: Learning, *, shaping: bool) -> list[Reward]:

@@ -11,7 +11,9 @@ from typing import Final
 
 import numpy as np
 
+from vrg.coordinator.look import NO_ONE
 from vrg.games.roboflag.formation import ATTACKER_SPACING, FEINT, FLANK, FORM_UP_DISTANCE, IN_PLACE, feint, lane
+from vrg.games.roboflag.judging import FLAGGED, NORMAL, TAGGED
 from vrg.games.roboflag.player import (
     APPROACH,
     AT_POST,
@@ -34,10 +36,6 @@ from vrg.types import Vector
 from vrg_learn.batch.driving import Box, head, meeting_time, nearest_in, safest, scaled, within
 from vrg_learn.batch.records import Floats, Numbers, Record, insert
 
-NORMAL, TAGGED, FLAGGED = 0, 1, 2
-"""The states of a player."""
-NO_ONE = -1
-"""The carrier of a flag that is in its place, and who is chosen where there is none."""
 ATTACK, ESCORT, TAG, GUARD, EVADE = range(5)
 """The jobs of a player."""
 STRATEGIES: Final = ("conservative", "aggressive", "aggressive-two-groups", "balanced")

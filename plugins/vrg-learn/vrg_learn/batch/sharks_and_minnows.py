@@ -5,30 +5,19 @@ Nobody is pushed, placed by an official or disqualified in these matches.
 """
 
 import math
-from typing import Final
 
 import numpy as np
 
+from vrg.coordinator.look import note
 from vrg.games.sharks_and_minnows import MINNOWS, SHARKS
-from vrg.games.sharks_and_minnows.judging import (
-    BOTH,
-    LATE,
-    MINNOW,
-    NO_ROLE,
-    OUT_OF_BOUNDS,
-    SHARK,
-    STAYS,
-    TAGGED,
-    tags,
-    winner,
-)
+from vrg.games.sharks_and_minnows.judging import BOTH, MINNOW, NEW_SHARK, NO_ROLE, RULES, SHARK, winner
 from vrg.games.sharks_and_minnows.judging import judge as judge_look
 from vrg.games.sharks_and_minnows.lineup import LargestBody, rows_of
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.portable.scalars import cos_sin
 from vrg_learn.batch.assigning import line_up
 from vrg_learn.batch.chance import between
-from vrg_learn.batch.game import BatchedGame, Functions, call, calls, worths
+from vrg_learn.batch.game import BatchedGame, Functions, calls, worths
 from vrg_learn.batch.motion import command, lock, put
 from vrg_learn.batch.observing import length, write_others, write_own, write_place
 from vrg_learn.batch.records import Floats, Record, Records, Singles, records
@@ -37,9 +26,6 @@ from vrg_learn.games.sharks_and_minnows import LEARNING
 
 LOW, HIGH = 0, 1
 """The ends of the field."""
-RULES: Final = ("tag", "out_of_bounds", "pass_limit", "pass_over", "new_shark")
-"""The rules of calls by their numbers. The first ones are why players are out, which `judging` counts from 1."""
-PASS_OVER, NEW_SHARK = 3, 4
 NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNING.flags)
 """The counts of what the game adds to an observation."""
 
@@ -139,24 +125,9 @@ def judge(s: Record, t: Record, m: Record, r: Record, c: Record, dt: float) -> b
     """Judge one match at a look, `dt` seconds of play after the one before, and return whether the pass is over."""
     t.clock += dt
     c.total = 0
-    over = judge_look(s, t, t.before, m.poses, r.sizes, t.clock)
-    for out in (TAGGED, OUT_OF_BOUNDS, LATE):
-        for n in s.order:
-            if t.outs[n] == out:
-                k = call(c, out - 1, n)
-                if out == TAGGED:
-                    for shark in range(len(s.sides)):
-                        c.others[k, shark] = tags(s, t, t.before, m.poses, r.sizes, shark, n)
-    for n in range(len(s.sides)):
-        if t.outs[n] != STAYS:
-            t.points[SHARK] += t.roles[n] == MINNOW
-            t.active[n] = False
+    c.others[:] = False
+    over = judge_look(s, t, c, t.before, m.poses, r.sizes, t.clock)
     t.before[:] = m.poses
-    if over:
-        k = call(c, PASS_OVER, -1)
-        for n in range(len(s.sides)):
-            c.others[k, n] = t.active[n] and t.roles[n] == MINNOW
-            t.points[MINNOW] += t.active[n] and t.roles[n] == MINNOW
     return over
 
 
@@ -172,7 +143,7 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     for n in s.order:
         if not t.active[n]:
             if t.roles[n] == MINNOW:
-                call(c, NEW_SHARK, n)
+                note(c, NEW_SHARK, n, math.inf)
             t.roles[n], t.active[n] = SHARK, True
     minnows_end = t.goal
     t.goal = HIGH if minnows_end == LOW else LOW

@@ -1,0 +1,69 @@
+"""A look as rows of numbers, for rules that are functions of numbers: of lists for one match, of arrays for many.
+
+Such a function writes what it calls into a record with these fields: `total`, how many calls there are; and of each of
+them `rules`, the number of its rule; `players`, the row of the player that it names first, or NO_ONE; `others`, which
+others it names; and `instants`, when it was, as a fraction of the way between the two looks, or infinite for now.
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+from vrg.coordinator.rulebook import Call, Observation
+from vrg.geometry import interpolate
+from vrg.types import Pose
+
+NO_ONE: Final = -1
+"""Stands for the row of a player where there is none."""
+_NOWHERE = Pose(0.0, 0.0, 0.0)
+
+
+def note(c: Any, rule: int, player: int, at: float) -> int:
+    """Add a call to a record of calls, in which others are then marked, and return its number."""
+    k = int(c.total)
+    c.rules[k], c.players[k], c.instants[k] = rule, player, at
+    c.total = k + 1
+    return k
+
+
+class Look:
+    """The players at two looks, and a record of calls about them.
+
+    A player that is not there at one of the looks is where it is at the other, or anywhere.
+
+    Args:
+        names: those of the rows. before, now: what was seen at the two looks. most: the calls that there is room for.
+
+    Attributes:
+        before, now: the pose (x, y, heading) of each. here, seen: whether it is there now, and at both looks.
+    """
+
+    def __init__(self, names: Sequence[str], before: Observation, now: Observation, most: int) -> None:
+        self.names = names
+        self._ends = [now.poses.get(name, _NOWHERE) for name in names]
+        self._starts = [before.poses.get(name, end) for name, end in zip(names, self._ends, strict=True)]
+        self.before = [(pose.x, pose.y, pose.theta) for pose in self._starts]
+        self.now = [(pose.x, pose.y, pose.theta) for pose in self._ends]
+        self.here = [name in now.poses for name in names]
+        self.seen = [name in now.poses and name in before.poses for name in names]
+        self.total = 0
+        self.rules, self.players, self.instants = [0] * most, [NO_ONE] * most, [math.inf] * most
+        self.others: dict[int, list[bool]] = defaultdict(lambda: [False] * len(names))
+
+    def noted(self) -> Iterator[tuple[int, tuple[str, ...], float]]:
+        """The rule, the players and the instant of each call, in order."""
+        for k in range(self.total):
+            first = () if self.players[k] == NO_ONE else (self.names[self.players[k]],)
+            others = (name for name, named in zip(self.names, self.others[k], strict=True) if named)
+            yield self.rules[k], (*first, *others), self.instants[k]
+
+    def call(self, rule: str, text: str, players: Sequence[str], at: float) -> Call:
+        """A call about players, with the pose that each had at an instant."""
+        rows = [self.names.index(name) for name in players]
+        poses = [
+            self._ends[n] if at == math.inf else interpolate(self._starts[n], self._ends[n], at)
+            for n in rows
+            if self.here[n]
+        ]
+        return Call(rule=rule, text=text, players=tuple(players), poses=tuple(poses))
