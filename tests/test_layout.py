@@ -288,7 +288,7 @@ BUDGETS = {
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
     "games": 3_750,  # with the look of what lies on a field, and rules that a match and batches share, as numbers
     "bus": 2_722,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
-    "hal/sim": 3_311,  # with passive bodies and their contacts, and each call of the kernel beside its Python
+    "hal/sim": 3_400,  # with passive bodies and their contacts, the separation of robots for batches, too, and each call of the kernel beside its Python
     "localisation": 550,
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_135,  # with passive bodies that are placed and published, and looks as rows of numbers

@@ -70,16 +70,12 @@ MOTION = (
     Planted(motion.walls_of, "b.width)", "b.width + 0.04)"),
     Planted(motion.walls_of, "c.radius)", "c.radius + 0.02)"),
     Planted(motion.gather, "r.brake[n] if m.braking[n] else r.slew[n]", "r.slew[n]"),
-    Planted(motion.slide, "m.speeds[n, axis] = ", "m.rolled[n, 0] = m.speeds[n, axis] = "),
+    Planted(motion.scatter, "if not slid:", "if True:"),
     Planted(motion.command, "scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest", "scale = 1.0"),
 )
 LONG = (
-    Planted(motion.push_apart, "m.blocked[n] |= m.shifted[n]", "pass"),
-    Planted(
-        motion.collide,
-        "m.poses[n, 0], m.poses[n, 1], m.poses[n, 2] = m.before[n, 0], m.before[n, 1], m.before[n, 2]",
-        "pass",
-    ),
+    Planted(motion.collide, "at_walls[:walled]", "at_walls[:0]"),
+    Planted(motion.collide, "pairs[:paired], pairs[:paired]", "pairs[:0], pairs[:0]"),
 )
 NODES = (
     Planted(stepping.publish, "k.poses[n, axis] = m.poses", "k.poses[n, axis] = m.before"),

@@ -1,12 +1,11 @@
 """The motion of the robots of one match: the planar engine's arithmetic on arrays, as functions that can be compiled.
 
-It is that of vrg.hal.sim.engines.planar, with the geometry of that engine itself, for robots that cannot drive sideways
-in a world without kinematic bodies. The two agree to the last bit.
+It is that of vrg.hal.sim.engines.planar, for robots that cannot drive sideways in a world without kinematic bodies, and
+those that overlap are separated by the very functions of that engine. The two agree to the last bit.
 """
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,27 +13,12 @@ from vrg.errors import ConfigError
 from vrg.geometry import circumradius
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import LIMIT_ROUNDING
-from vrg.hal.sim.engines.engine import CONTACT, DRIVE
-from vrg.hal.sim.engines.planar import PUSH_ROUNDS, SLACK, slowed
+from vrg.hal.sim.engines.engine import CONTACT
+from vrg.hal.sim.engines.pushing import Walls, separate
 from vrg.hal.sim.map import Map
-from vrg.hal.sim.shapes import Box, Outline, apart, box_gap, circle_gap
 from vrg.portable.arrays import cos_sin_array
-from vrg.portable.scalars import cos_sin, within_a_quarter
-from vrg.regions import Circle
+from vrg.portable.scalars import within_a_quarter
 from vrg_learn.batch.records import Flags, Floats, Record, Records, records
-
-
-class Walls(NamedTuple):
-    """The walls and obstacles of a map.
-
-    Args:
-        boxes: shape (boxes, 5): x, y, heading, length, width, in m and rad.
-        turns: the cosine and the sine of each heading. circles: shape (circles, 3): x, y, radius, m.
-    """
-
-    boxes: Floats
-    turns: Floats
-    circles: Floats
 
 
 def robots(models: Sequence[RobotModel], matches: int) -> Records:
@@ -63,6 +47,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
         grip=(float, count),
         v_max=(float, count),
         w_max=(float, count),
+        kinematic=(bool, count),
     )
     for n, model in enumerate(models):
         if model.delay or model.slowing is not None:
@@ -103,8 +88,7 @@ def motions(matches: int, players: int, axes: int) -> Records:
         room=(float, players),
         shifts=(float, players, 2),
         braking=(bool, players),
-        near=(bool, players, players),
-        **dict.fromkeys(("at_wall", "stuck", "back", "moved", "blocked", "shifted"), (bool, players)),
+        **dict.fromkeys(("stuck", "back", "moved", "blocked", "shifted"), (bool, players)),
     )
     found.braking[:] = True
     return found
@@ -316,7 +300,7 @@ def robot_gap(m: Record, r: Record, n: int, other: int) -> float:
     return gap
 
 
-def wall_gap(m: Record, r: Record, walls: Walls, n: int) -> float:
+def room_at_walls(m: Record, r: Record, walls: Walls, n: int) -> float:
     """The gap between the circle around a body and the nearest wall, m; negative if they overlap."""
     least, x, y = math.inf, m.poses[n, 0], m.poses[n, 1]
     for k in range(len(walls.boxes)):
@@ -331,155 +315,26 @@ def wall_gap(m: Record, r: Record, walls: Walls, n: int) -> float:
     return gap
 
 
-def body(poses: Floats, sizes: Floats, n: int) -> Box:
-    """The outline of a body."""
-    return Box(poses[n, 0], poses[n, 1], poses[n, 2], sizes[n, 0], sizes[n, 1])
-
-
 def collide(m: Record, r: Record, walls: Walls, dt: float) -> bool:
-    """Push overlapping bodies of one match apart, put back those that overlap anyway, and return whether any was.
+    """Push overlapping bodies of one match apart, and return whether any was moved.
 
     The room of all of them has just been measured.
     """
-    count = len(m.room)
+    count, statics = len(m.room), len(walls.boxes) + len(walls.circles)
+    at_walls = np.empty((count * statics, 2), dtype=np.int64)
+    pairs = np.empty((count * count, 2), dtype=np.int64)
+    walled, paired = 0, 0
     for n in range(count):
         tight = m.room[n] < CONTACT
-        m.at_wall[n] = tight and wall_gap(m, r, walls, n) < CONTACT
-        for other in range(n):
-            m.near[other, n] = tight and m.room[other] < CONTACT and robot_gap(m, r, n, other) < CONTACT
-    if not find_stuck(m, r, walls):
-        return False
-    push_apart(m, r, walls)
-    m.back[:] = False
-    fresh = True
-    while fresh and find_stuck(m, r, walls):
-        fresh = False
-        for n in range(count):
-            if m.stuck[n] and not m.back[n]:
-                m.poses[n, 0], m.poses[n, 1], m.poses[n, 2] = m.before[n, 0], m.before[n, 1], m.before[n, 2]
-                m.back[n], fresh = True, True
-    for n in range(count):
-        if m.moved[n] or m.back[n]:
-            slide(m, r, n, m.before, dt)
-    m.room[:] = 0.0
-    return True
-
-
-def find_stuck(m: Record, r: Record, walls: Walls) -> bool:
-    """Find the bodies of one match that overlap with a wall or with another body, and return whether there are any."""
-    count, found = len(m.room), False
-    m.stuck[:] = False
-    for n in range(count):
-        if m.at_wall[n]:
-            for k in range(len(walls.boxes)):
-                m.stuck[n] |= not apart(line(m, r, n), wall(walls, k), 0.0)
-            for k in range(len(walls.circles)):
-                x, y, radius = walls.circles[k]
-                m.stuck[n] |= circle_gap(body(m.poses, r.sizes, n), Circle(x, y, radius)).distance < 0.0
+        if tight and room_at_walls(m, r, walls, n) < CONTACT:
+            for wall in range(statics):
+                at_walls[walled, 0], at_walls[walled, 1] = n, wall
+                walled += 1
         for other in range(n + 1, count):
-            if m.near[n, other] and not apart(line(m, r, n), line(m, r, other), 0.0):
-                m.stuck[n] = m.stuck[other] = True
-        found |= m.stuck[n] != 0
-    return found
-
-
-def line(m: Record, r: Record, n: int) -> Outline:
-    """The outline of a body."""
-    cos, sin = cos_sin(m.poses[n, 2])
-    return m.poses[n, 0], m.poses[n, 1], cos, sin, r.sizes[n, 0] / 2, r.sizes[n, 1] / 2
-
-
-def wall(walls: Walls, k: int) -> Outline:
-    """The outline of a wall."""
-    x, y, _, length, width = walls.boxes[k]
-    return x, y, walls.turns[k, 0], walls.turns[k, 1], length / 2, width / 2
-
-
-def push_apart(m: Record, r: Record, walls: Walls) -> None:
-    """Move overlapping bodies out of each other along the shortest way, and find which have moved.
-
-    All pushes of an attempt are computed before any is applied.
-    """
-    count = len(m.room)
-    m.moved[:], m.blocked[:] = False, False
-    for _ in range(PUSH_ROUNDS):
-        m.shifts[:], m.shifted[:] = 0.0, False
-        for n in range(count):
-            if m.at_wall[n]:
-                shift_from_walls(m, r, walls, n)
-                m.blocked[n] |= m.shifted[n]
-        for n in range(count):
-            for other in range(n + 1, count):
-                if m.near[n, other] and not apart(line(m, r, n), line(m, r, other), 0.0):
-                    shift_from_each_other(m, r, n, other)
-        over = True
-        for n in range(count):
-            if m.shifted[n]:
-                m.poses[n, 0] += m.shifts[n, 0]
-                m.poses[n, 1] += m.shifts[n, 1]
-                m.moved[n], over = True, False
-        if over:
-            break
-
-
-def shift_from_walls(m: Record, r: Record, walls: Walls, n: int) -> None:
-    """Add the pushes that separate a body from the walls."""
-    for k in range(len(walls.boxes)):
-        if not apart(line(m, r, n), wall(walls, k), 0.0):
-            x, y, heading, length, width = walls.boxes[k]
-            gap = box_gap(body(m.poses, r.sizes, n), Box(x, y, heading, length, width))
-            shift(m, n, gap.distance, gap.nx, gap.ny, 1.0)
-    for k in range(len(walls.circles)):
-        x, y, radius = walls.circles[k]
-        gap = circle_gap(body(m.poses, r.sizes, n), Circle(x, y, radius))
-        shift(m, n, gap.distance, gap.nx, gap.ny, 1.0)
-
-
-def shift_from_each_other(m: Record, r: Record, n: int, other: int) -> None:
-    """Add the pushes that separate two bodies. One that is blocked holds against one that is not, and blocks it."""
-    gap = box_gap(body(m.poses, r.sizes, n), body(m.poses, r.sizes, other))
-    if gap.distance >= 0.0:
-        return
-    if m.blocked[n] != m.blocked[other]:
-        share = 1.0 if m.blocked[other] else 0.0
-        m.blocked[n] = m.blocked[other] = True
-    else:
-        own = force(m, r, n, gap.nx, gap.ny, gap.x, gap.y, 1.0)
-        its = force(m, r, other, gap.nx, gap.ny, gap.x, gap.y, -1.0)
-        share = 0.5 if own == its else (1.0 if own < its else 0.0)
-    shift(m, n, gap.distance, gap.nx, gap.ny, share)
-    shift(m, other, gap.distance, gap.nx, gap.ny, share - 1.0)
-
-
-def shift(m: Record, n: int, distance: float, nx: float, ny: float, share: float) -> None:
-    """Add a share of the push that separates a body from another shape, if they overlap."""
-    if distance < 0.0 and share != 0.0:
-        push = (SLACK - distance) * share
-        m.shifts[n, 0] += push * nx
-        m.shifts[n, 1] += push * ny
-        m.shifted[n] = True
-
-
-def force(m: Record, r: Record, n: int, nx: float, ny: float, x: float, y: float, side: float) -> float:
-    """The force in N with which a body drives at another one, or holds against it, at the point (x, y)."""
-    if m.braking[n]:
-        return float(r.grip[n])
-    px, py, theta = m.poses[n]
-    v, w, aside = m.velocities[n]
-    cos, sin = cos_sin(theta)
-    vx, vy = v * cos - aside * sin - w * (y - py), v * sin + aside * cos + w * (x - px)
-    drives = side * (vx * nx + vy * ny) < -SLACK
-    return float(r.grip[n] * DRIVE if drives else r.grip[n])
-
-
-def slide(m: Record, r: Record, n: int, before: Floats, dt: float) -> None:
-    """Set a body's velocity to what is left of it after a push, and the speeds of its axes to match."""
-    x, y = m.poses[n, 0] - before[n, 0], m.poses[n, 1] - before[n, 1]
-    turn, theta = (m.poses[n, 2] - before[n, 2]) / dt, m.poses[n, 2]
-    cos, sin = cos_sin(theta)
-    v = slowed((x * cos + y * sin) / dt, m.velocities[n, 0])
-    side = slowed((y * cos - x * sin) / dt, m.velocities[n, 2])
-    m.velocities[n, 0], m.velocities[n, 1], m.velocities[n, 2] = v, turn, side
-    for axis in range(m.speeds.shape[1]):
-        ahead, rate, across = r.rates[n, axis]
-        m.speeds[n, axis] = ahead * v + rate * turn + across * side
+            if tight and m.room[other] < CONTACT and robot_gap(m, r, n, other) < CONTACT:
+                pairs[paired, 0], pairs[paired, 1] = n, other
+                paired += 1
+    moved = separate(m, r, walls, at_walls[:walled], pairs[:paired], pairs[:paired], dt, math.inf)
+    if moved:
+        m.room[:] = 0.0
+    return moved

@@ -26,13 +26,14 @@ from vrg.hal.readings import Readings
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
+from vrg.hal.sim.engines.pushing import Walls
 from vrg.launch.strategy_class import strategy_of
 from vrg.navigation.motion import VelocityEstimator
 from vrg.types import Pose, Twist
 from vrg_learn.action import fractions_of, limits_of
 from vrg_learn.batch.chance import whole
 from vrg_learn.batch.game import BatchedGame
-from vrg_learn.batch.motion import Walls, advance, command, lock, put
+from vrg_learn.batch.motion import advance, command, lock, put
 from vrg_learn.batch.records import Record, Records, Singles, records
 from vrg_learn.batch.stepping import PERIOD, TICKS, Matches, Outputs, Variation, draw, measure, steer
 from vrg_learn.compiled import compiled

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vrg.hal.sim.engines.pushing import Walls
 from vrg.navigation.motion import SMOOTHING
 from vrg.types import quantised
 from vrg_learn.batch.chance import between, normal, uniform
 from vrg_learn.batch.game import reward
-from vrg_learn.batch.motion import Walls, advance
+from vrg_learn.batch.motion import advance
 from vrg_learn.batch.records import Flags, Numbers, Record, Records, Singles, records
 from vrg_learn.compiled import hole
 

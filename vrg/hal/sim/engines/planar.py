@@ -9,12 +9,14 @@ takes the whole push, as far as walls and its neighbours leave room.
 
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 import numpy.typing as npt
 
 from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Push, Start, bumper_bit
+from vrg.hal.sim.engines.pushing import PUSH_ROUNDS, Walls, separate
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
 from vrg.portable.arrays import cos_sin_array, hypot
@@ -22,18 +24,13 @@ from vrg.portable.scalars import atan2, cos_sin
 from vrg.regions import Circle
 from vrg.types import Twist
 
-SLACK = 1e-9
-"""The distance in m that is left between bodies that were pushed apart, so that rounding makes no overlap."""
 _PUSH = 0.2
 """The longest push of a robot in one step, m."""
-PUSH_ROUNDS = 6
-"""The number of attempts to push bodies apart, before those that still overlap are put back where they came from."""
 _SHOVE = _PUSH / (2 * PUSH_ROUNDS)
 """The longest push of a robot in one attempt, m, in a world with kinematic bodies: one may appear inside another."""
 
-
 Pairs = list[tuple[int, int]]
-"""Rows of robots, each with that of another robot, or with the index of a wall or obstacle."""
+"""Rows of robots, each with that of another robot, or with the number of a wall."""
 Rows = npt.NDArray[np.intp]
 Flags = npt.NDArray[np.bool_]
 
@@ -54,6 +51,17 @@ class PlanarEngine(Engine):
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
         self._box_at, self._box_half = boxes[:, :2].copy(), boxes[:, 3:].copy()
         self._box_cos, self._box_sin = np.array(cos_sin_array(boxes[:, 2]))
+        self._walls = Walls(
+            [(b.x, b.y, b.heading, b.length, b.width) for b in map_.boxes],
+            [(cos, sin) for _, _, cos, sin, _, _ in self._outlines],
+            [(c.x, c.y, c.radius) for c in map_.circles],
+        )
+        self._robots = SimpleNamespace(
+            sizes=[model.size for model in self.models],
+            grip=[model.brake * model.mass for model in self.models],
+            rates=[model.drivetrain.rates for model in self.models],
+            kinematic=self.kinematic.tolist(),
+        )
         self._motions: Floats = np.zeros((self.speeds.shape[1], len(robots), 3))
         """The effect of each axis (first index) of each robot on its v, its w and its speed to the left."""
         for row, model in enumerate(self.models):
@@ -157,17 +165,7 @@ class PlanarEngine(Engine):
             return
         at_wall, touching = self._nearer(CONTACT, walls, pairs)
         if at_wall or touching:
-            free = [pair for pair in pairs if not self.kinematic[list(pair)].any()] if self._any_kinematic else pairs
-            moved, clear = self._push_apart(walls, pairs)
-            if len(free) < len(pairs):
-                # Walls and neighbours are resolved last, so a body that is caught overlaps with the kinematic body.
-                also, clear = self._push_apart(walls, free)
-                moved |= also
-            if not clear:
-                moved |= self._put_back(walls, free, before)
-            for row in moved:
-                self._slide(row, before, dt)
-                self._budgets[:, row] = 0.0
+            moved = self._separate(walls, pairs, before, dt)
             if moved:
                 at_wall, touching = self._nearer(CONTACT, walls, pairs)
         self._contacts = {
@@ -272,99 +270,24 @@ class PlanarEngine(Engine):
         discs = self.map.discs
         return np.concatenate((boxes, hypot(x - discs[:, 0], y - discs[:, 1]) - discs[:, 2]), axis=1)
 
-    def _push_apart(self, walls: Pairs, pairs: Pairs) -> tuple[set[int], bool]:
-        """Move overlapping bodies out of each other along the shortest way.
-
-        All pushes of an attempt are computed before any is applied, so that the order of the robots does not matter.
-
-        Returns:
-            the robots that moved, and whether none of them overlaps any more, as far as that was seen.
-        """
-        moved: set[int] = set()
-        blocked: set[int] = set()  # by a wall, or by a body that a wall blocks
-        for _ in range(PUSH_ROUNDS):
-            shifts: dict[int, list[float]] = {}
-            in_walls, in_robots = self._nearer(0.0, walls, pairs)
-            for row, static in in_walls:
-                self._shift(shifts, row, self._gap(row, static), 1.0)
-            blocked |= shifts.keys()
-            for row, other in in_robots:
-                gap = box_gap(self._body(row), self._body(other))
-                share = self._share(row, other, gap, blocked)
-                self._shift(shifts, row, gap, share)
-                self._shift(shifts, other, gap, share - 1.0)
-            if not shifts:
-                return moved, True
-            for row, (x, y) in shifts.items():
-                length = math.hypot(x, y)
-                shorter = min(1.0, self._shove / length) if length else 1.0
-                dx, dy = x * shorter, y * shorter
-                self.poses[row, 0] += dx
-                self.poses[row, 1] += dy
-                moved.add(row)
-        return moved, False
-
-    @staticmethod
-    def _shift(shifts: dict[int, list[float]], row: int, gap: Gap, share: float) -> None:
-        if share:
-            push = (SLACK - gap.distance) * share
-            shift = shifts.setdefault(row, [0.0, 0.0])
-            shift[0] += push * gap.nx
-            shift[1] += push * gap.ny
-
-    def _share(self, row: int, other: int, gap: Gap, blocked: set[int]) -> float:
-        """The fraction of a push that the first of two robots takes, 0 to 1.
-
-        A blocked robot holds against one that is not, and blocks it.
-        """
-        if self.kinematic[row] or self.kinematic[other]:
-            return 0.0 if self.kinematic[row] else 1.0
-        if (row in blocked) != (other in blocked):
-            share = float(other in blocked)
-            blocked |= {row, other}
-            return share
-        force, force_of_other = self._force(row, gap, 1.0), self._force(other, gap, -1.0)
-        return 0.5 if force == force_of_other else float(force < force_of_other)
-
-    def _force(self, row: int, gap: Gap, side: float) -> float:
-        """The force in N with which a robot drives at another one or holds against it.
-
-        Args:
-            side: 1 if the normal of the gap points to this robot, -1 if it points to the other.
-        """
-        model = self.models[row]
-        grip = model.brake * model.mass
-        if self._braking[row]:
-            return grip
-        (x, y, theta), (v, w, aside) = self.poses[row].tolist(), self.velocities[row].tolist()
-        cos, sin = cos_sin(theta)
-        vx, vy = v * cos - aside * sin - w * (gap.y - y), v * sin + aside * cos + w * (gap.x - x)
-        return grip * DRIVE if side * (vx * gap.nx + vy * gap.ny) < -SLACK else grip
-
-    def _overlapping(self, walls: Pairs, pairs: Pairs) -> set[int]:
-        """The robots whose footprints overlap with a wall or with another footprint."""
-        in_walls, in_robots = self._nearer(0.0, walls, pairs)
-        return {row for row, _ in in_walls}.union(*in_robots)
-
-    def _put_back(self, walls: Pairs, pairs: Pairs, before: Floats) -> set[int]:
-        """Put bodies that still overlap back where they came from, where none of them overlapped."""
-        back: set[int] = set()
-        while stuck := self._overlapping(walls, pairs) - back:
-            for row in stuck:
-                self.poses[row] = before[row]
-            back |= stuck
-        return back
-
-    def _slide(self, row: int, before: Floats, dt: float) -> None:
-        """Set a robot's velocity to what is left of it after a push, and its wheel speeds to match."""
-        x, y, heading = (self.poses[row] - before[row]).tolist()
-        theta = float(self.poses[row, 2])
-        cos, sin = cos_sin(theta)
-        ahead, _, aside = self.velocities[row].tolist()
-        v, side = slowed((x * cos + y * sin) / dt, ahead), slowed((y * cos - x * sin) / dt, aside)
-        self.velocities[row] = v, heading / dt, side
-        drivetrain = self.models[row].drivetrain
-        self.speeds[row, : len(drivetrain.axes)] = drivetrain.speeds(Twist(v, heading / dt, side))
+    def _separate(self, walls: Pairs, pairs: Pairs, before: Floats, dt: float) -> bool:
+        """Push overlapping bodies apart, and return whether any was moved."""
+        kinematic, count = self._robots.kinematic, len(self.names)
+        free = [(n, o) for n, o in pairs if not (kinematic[n] or kinematic[o])] if self._any_kinematic else pairs
+        motion = SimpleNamespace(
+            poses=self.poses.tolist(),
+            before=before.tolist(),
+            velocities=self.velocities.tolist(),
+            speeds=self.speeds.tolist(),
+            braking=self._braking.tolist(),
+            shifts=[[0.0, 0.0] for _ in range(count)],
+            **{name: [False] * count for name in ("moved", "shifted", "blocked", "stuck", "back")},
+        )
+        if not separate(motion, self._robots, self._walls, walls, pairs, free, dt, self._shove):
+            return False
+        self.poses[:], self.velocities[:], self.speeds[:] = motion.poses, motion.velocities, motion.speeds
+        self._budgets[:, motion.moved] = 0.0
+        return True
 
     def _note(self, gap: Gap, row: int, other: int) -> None:
         if gap.distance < CONTACT:
@@ -380,8 +303,3 @@ class PlanarEngine(Engine):
         model = self.models[row]
         x, y, heading = self.poses[row].tolist()
         return Box(x, y, heading, model.length, model.width)
-
-
-def slowed(speed: float, driven: float) -> float:
-    """A speed after a push: it may slow a body down or stop it, but never drives its wheels."""
-    return max(0.0, min(speed, driven)) if driven > 0 else min(0.0, max(speed, driven))
