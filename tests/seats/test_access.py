@@ -37,6 +37,7 @@ WHO: dict[str, tuple[set[str], set[str]]] = {
     "robot/bob/pose": ({T}, {W, R, BOB, REC, L, WIN, OFF, DIB}),
     "robot/ann/motion": ({ANN}, {T, REC, OFF}),
     "fix/overhead": ({T}, {T, REC, WIN, OFF}),
+    "thing/ball/pose": ({T}, {W, OFF}),
     "robot/ann/seen": ({W}, {ANN, OFF}),
     "robot/ann/limit": ({R}, {ANN, W, OFF}),
     "robot/ann/recover": ({R}, {ANN, OFF}),

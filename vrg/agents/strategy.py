@@ -87,7 +87,10 @@ class View(Struct, frozen=True, gc=False):
 
     @property
     def things(self) -> Sequence[FieldObject]:
-        """The things of the game that are no robots, such as flags and balls: what, where and how fast each is."""
+        """The things of the game that are no robots, such as flags and balls: what, where and how fast each is.
+
+        One that is `lost` is where it was seen last.
+        """
         return self.referee.objects
 
     def thing(self, kind: str) -> FieldObject | None:

@@ -174,7 +174,11 @@ class Keys:
     )  # fmt: skip
     fixes = NamedLine(
         "fix/{source}", m.Fixes, EVENT, (TRACKER,), (TRACKER, RECORDER, WINDOW),
-        "where a source has seen robots", perishable=True,
+        "where a source has seen robots and things", perishable=True,
+    )  # fmt: skip
+    thing_pose = NamedLine(
+        "thing/{thing}/pose", m.MeasuredPose, LATEST, (TRACKER,), (WORLD,),
+        "where a real ball or box was measured to be",
     )  # fmt: skip
     robot_seen = NamedLine(
         "robot/{robot}/seen", m.MeasuredPose, LATEST, (WORLD,), (DEVICE,),

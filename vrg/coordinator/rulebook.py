@@ -163,7 +163,7 @@ class Verdict(Generic[S]):
         round_over: True if the round has ended.
         winner: the winner if the game has ended; only `next_round` may set it. why: why it has ended, in words.
         place: where virtual robots and passive bodies are put at once, by name, such as a robot that is out of play and
-            stands in the way, or a ball that is out.
+            stands in the way, or a ball that is out. A tracked body is put there by people, or not at all.
     """
 
     state: S
@@ -356,7 +356,7 @@ def thing_of(body: BodySetup, thing: Thing) -> FieldObject:
     pose = thing.pose
     return FieldObject(
         name=body.name, kind=body.kind, x=pose.x, y=pose.y, heading=pose.theta, vx=thing.vx, vy=thing.vy,
-        radius=body.radius, corners=body.corners,
+        radius=body.radius, corners=body.corners, lost=thing.lost,
     )  # fmt: skip
 
 

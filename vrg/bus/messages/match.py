@@ -91,6 +91,7 @@ class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
         carrier: the player that carries it; None if none does.
         heading: rad. vx, vy: its velocity in the map's frame, m/s.
         radius: of a disc, m. corners: of a convex outline in its own frame, m. What has neither is drawn as a flag.
+        lost: True if it is a real one that no source has seen for LOST; its place is then where it was seen last.
     """
 
     name: Name
@@ -104,6 +105,7 @@ class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
     vy: Speed = 0.0
     radius: Deviation = 0.0
     corners: tuple[tuple[Metres, Metres], ...] = ()
+    lost: bool = False
 
     @property
     def is_body(self) -> bool:
@@ -163,7 +165,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
         unproved: True while what the referee decides by cannot be written, so that it cannot be judged again.
     """
 
-    version = 7
+    version = 8
 
     game: Name
     stage: Stage

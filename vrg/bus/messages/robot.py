@@ -10,9 +10,9 @@ from vrg.bus.messages.base import Message, Text, freeze
 from vrg.types import STILL, FrozenDict, Name, Pose, Seconds, Twist, Uncertainty
 
 LOST = 0.5
-"""The time in s after which a robot that nothing outside it has seen is lost."""
+"""The time in s after which a robot, or a real thing, that nothing outside it has seen is lost."""
 FIXES_LIMIT = 256
-"""The number of robots that a source sees at an instant."""
+"""The number of robots and things that a source sees at an instant."""
 
 
 class Drive(Message, frozen=True, kw_only=True):
@@ -51,13 +51,13 @@ class RobotState(Message, frozen=True, kw_only=True):
 
 
 class MeasuredPose(Message, frozen=True, kw_only=True):
-    """The measured pose of a robot: by its own odometry, a motion-capture system, or the fusion centre.
+    """The measured pose of a robot: by its own odometry, a motion-capture system, or the fusion centre; or of a thing.
 
     Args:
         pose: in the map's frame.
         twist: the velocity of its body at that instant.
         uncertainty: how well the pose is known; None if whatever measures it does not tell.
-        unseen: the time since the robot was last seen from outside, s, if it must be: it is lost after LOST.
+        unseen: the time since it was last seen from outside, s, if it must be: it is lost after LOST.
     """
 
     version = 3
@@ -107,10 +107,10 @@ class Motion(Message, frozen=True, kw_only=True):
 
 
 class Fix(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
-    """The pose of a robot as something outside it has measured it.
+    """The pose of a robot, or of a thing such as a ball, as something outside it has measured it.
 
     Args:
-        robot: its name. pose: in the map's frame.
+        robot: the name of either. pose: in the map's frame.
         position: the standard deviation of x and of y, m. heading: that of the heading, rad; None if there is none.
         common: those of an error that all fixes of its source share now, so that it does not average out, m and rad.
     """
@@ -123,7 +123,7 @@ class Fix(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
 
 
 class Fixes(Message, frozen=True, kw_only=True):
-    """The robots that a source has seen at one instant, at most one fix of each. The stamp is the time of capture."""
+    """What a source has seen at one instant: at most one fix of each robot and thing. The stamp is that of capture."""
 
     version = 2
 

@@ -67,6 +67,7 @@ class Thing(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     Args:
         pose: that of its centre of mass, in the map's frame.
         vx, vy: its velocity in the map's frame, m/s. w: its turn rate, rad/s.
+        lost: True if it is a real one that no source has seen for LOST; it is then where it was seen last.
     """
 
     name: Name
@@ -74,12 +75,13 @@ class Thing(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     vx: Speed = 0.0
     vy: Speed = 0.0
     w: AngularSpeed = 0.0
+    lost: bool = False
 
 
 class Poses(Message, frozen=True, kw_only=True):
     """The poses and velocities of all robots at one instant, as `bodies`, and those of all passive bodies."""
 
-    version = 7
+    version = 8
 
     bodies: tuple[Body, ...]
     things: tuple[Thing, ...] = ()
