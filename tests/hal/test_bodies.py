@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.world_bench import config
-from vrg.bus.messages import PlayerStatus, RefereeState, Stage
+from vrg.bus.messages import LOST, MeasuredPose, PlayerStatus, RefereeState, Stage
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.sensors.laser import Laser
@@ -21,11 +21,12 @@ from vrg.hal.sim.config import BodySetup, check_setup
 from vrg.hal.sim.contact import rectangle
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.node import place
+from vrg.hal.sim.robot import EXTRAPOLATE
 from vrg.hal.sim.shapes import Box
 from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
 from vrg.hal.sim.world import World
 from vrg.regions import Rectangle
-from vrg.types import STILL, Pose, Twist
+from vrg.types import STILL, Pose, Twist, Vector
 
 DT = 0.02
 NOBODY = np.zeros((0, 3))
@@ -354,3 +355,95 @@ def test_a_match_has_no_more_bodies_than_messages_can_carry(tmp_path: Path) -> N
     (tmp_path / "match.toml").write_text(text)
     with pytest.raises(ConfigError, match="bodies"):
         load_match(tmp_path / "match.toml")
+
+
+# What is tracked is a real thing, which is where it was seen.
+
+
+def carried(made: World, name: str, start: Vector, velocity: Vector, seconds: float, robot: Twist = STILL) -> None:
+    """Let a tracked body be seen at each tick on a straight way."""
+    begin = made.time
+    for _ in range(round(seconds / DT)):
+        time = made.time - begin
+        pose = Pose(start[0] + velocity[0] * time, start[1] + velocity[1] * time, 0.0)
+        made.measure(name, MeasuredPose(pose=pose, twist=Twist(velocity[0], 0.0, velocity[1])), made.time)
+        drive(made, DT, robot)
+
+
+def lost(made: World) -> dict[str, bool]:
+    return {thing.name: thing.lost for thing in made.poses().things}
+
+
+def test_a_tracked_body_is_lost_until_it_is_seen_and_half_a_second_after_it_was() -> None:
+    made = world("planar", replace(BALL, tracked=True), replace(BOX, pose=Pose(3.0, 0.0, 0.0)))
+    assert lost(made) == {"ball": True, "box": False}
+    made.measure("ball", MeasuredPose(pose=Pose(1.0, 0.5, 0.0), twist=Twist(0.5, 0.0)), made.time)
+    drive(made, LOST, STILL)
+    assert lost(made)["ball"] is False
+    (ball, _) = made.poses().things
+    assert (ball.pose.x, ball.pose.y) == pytest.approx((1.0 + 0.5 * EXTRAPOLATE, 0.5)), "it does not go on for long"
+    drive(made, DT, STILL)
+    assert lost(made)["ball"] is True
+    carried(made, "ball", (1.0, 0.5), (0.0, 0.0), DT)
+    assert lost(made)["ball"] is False
+    kept = World(made.config, decode_snapshot(encode_snapshot(made.snapshot())))
+    assert next((thing.pose, thing.lost) for thing in kept.poses().things) == (Pose(1.0, 0.5, 0.0), True)
+    made.close()
+    kept.close()
+
+
+def test_a_tracked_body_stops_a_robot_and_is_never_pushed(engine: str) -> None:
+    made = world(engine, replace(BALL, tracked=True))
+    carried(made, "ball", (0.0, 0.0), (0.0, 0.0), 4.0, Twist(0.5, 0.0))
+    ((_, ball),) = made.bodies
+    assert (ball.x, ball.y, ball.moves) == (0.0, 0.0, False)
+    assert made.pose("r").x == pytest.approx(-0.25 - 0.1, abs=0.01), "it stands at the ball"
+    made.close()
+
+
+def test_a_tracked_box_pushes_a_robot_and_what_is_virtual_out_of_its_way(engine: str) -> None:
+    made = world(engine, replace(BOX, mass=400.0, tracked=True), replace(BALL, name="free", pose=Pose(0.0, 3.0, 0.0)))
+    carried(made, "box", (-3.0, 0.0), (1.0, 0.0), 3.0)
+    assert made.pose("r").x > -0.6, "it stood at -1"
+    carried(made, "box", (0.0, 2.0), (0.0, 1.0), 2.0)
+    (_, box), (_, free) = made.bodies
+    assert (box.x, box.y) == pytest.approx((0.0, 4.0))
+    assert (box.vx, box.vy) == pytest.approx((0.0, 1.0))
+    assert free.y > box.y + 0.2
+    made.close()
+
+
+def test_two_tracked_bodies_and_walls_may_overlap() -> None:
+    ball = replace(BALL, pose=Pose(28.8, -20.0, 0.0), tracked=True)
+    other = replace(ball, name="other", pose=Pose(28.0, -20.0, 0.0))
+    made = World(config(("r", 20.0, -20.0, 0.0), map="courtyard", noise=False, bodies=(ball, other)))
+    for _ in range(10):
+        for name, x in (("ball", 29.8), ("other", 29.75)):
+            made.measure(name, MeasuredPose(pose=Pose(x, -20.0, 0.0), twist=Twist(0.1, 0.0)), made.time)
+        made.step()
+    assert [(thing.pose.x, thing.vx) for thing in made.poses().things] == [
+        (pytest.approx(29.8, abs=0.01), 0.1), (pytest.approx(29.75, abs=0.01), 0.1),
+    ]  # fmt: skip
+    made.close()
+
+
+def test_only_people_put_a_tracked_body_somewhere() -> None:
+    made = world("planar", replace(BALL, tracked=True), replace(BALL, name="free", pose=Pose(2.0, 0.0, 0.0)))
+    with pytest.raises(WorldError, match="place ball: it is a real one, which only people can put there"):
+        place(made, {"ball": Pose(1.0, 2.0, 0.0), "free": Pose(3.0, 0.0, 0.0)})
+    assert [thing.pose.x for thing in made.poses().things] == [0.0, 3.0]
+    with pytest.raises(WorldError, match=r"pose of free: expected one of the physical robots and things \(ball\)"):
+        made.measure("free", MeasuredPose(pose=Pose(0.0, 0.0, 0.0)), 0.0)
+    made.close()
+
+
+def test_a_tracked_box_does_not_press_a_robot_into_a_wall_and_a_ball_does_not_throw_one(engine: str) -> None:
+    box = replace(BOX, mass=400.0, pose=Pose(27.0, -20.0, 0.0), tracked=True)
+    made = World(config(("r", 29.5, -20.0, 0.0), engine=engine, map="courtyard", noise=False, bodies=(box,)))
+    carried(made, "box", (27.0, -20.0), (1.0, 0.0), 3.0)
+    assert made.pose("r").x <= 29.85 - 0.25 + 0.02, "the wall begins at 29.85"
+    made.close()
+    made = world(engine, replace(BALL, mass=0.05, pose=Pose(1.0, 0.0, 0.0), tracked=True))
+    carried(made, "ball", (1.0, 0.0), (-3.0, 0.0), 1.5)
+    assert made.pose("r").x == pytest.approx(-1.0, abs=0.01)
+    made.close()

@@ -503,7 +503,7 @@ class TestPhysicalRobots:
 
     def test_poses_that_cannot_be_are_told_once(self, world: Wire, caplog: pytest.LogCaptureFixture) -> None:
         world.tick(5)
-        for name, why in (("a", "pose of a: expected one of the physical robots (g)"), ("x", "pose of x: ")):
+        for name, why in (("a", "pose of a: expected one of the physical robots and things (g)"), ("x", "pose of x: ")):
             for _ in range(10):
                 measure(world, 9.0, name=name)
                 world.tick()

@@ -2,7 +2,8 @@
 
 An engine moves the robots; then this moves the bodies among them. What a body does to a robot goes back to the engine
 as a change of the robot's velocity, which its motors then work against: so a robot pushes a box as long as its motors
-overcome the friction, and a robot with a heavy box speeds up more slowly.
+overcome the friction, and a robot with a heavy box speeds up more slowly. A tracked body is where it was
+seen: it pushes others with its mass, and stops them, but nothing moves it.
 
 The floor slows a disc, which rolls, by friction times gravity. An outline slides: its friction is that of the limit
 surface as an ellipsoid (R. D. Howe and M. R. Cutkosky, "Practical force-motion models for sliding manipulation", 1996),
@@ -144,6 +145,8 @@ class Bodies:
         self._forces = [] if engine is None else [DRIVE * m.brake * m.mass for m in engine.models]
         """The force with which each robot can push, N."""
         self._places: Floats = np.array([(wall.x, wall.y, wall.form.radius) for wall in self._walls]).reshape(-1, 3)
+        self._carried = {number: (0.0, 0.0, 0.0) for number, setup in enumerate(setups) if setup.tracked}
+        """The velocities of the tracked bodies, as `Rigid` has them."""
         self.touched: dict[int, tuple[float, float]] = {}
         self._put: set[int] = set()
         """The bodies that were put somewhere since the last step: something may stand there."""
@@ -164,6 +167,14 @@ class Bodies:
         body.put(pose.x, pose.y, wrap(pose.theta))
         body.vx = body.vy = body.w = 0.0
 
+    def carry(self, name: str, pose: Pose, twist: Twist) -> None:
+        """Take a tracked body to where it was seen, with its velocity in its own frame."""
+        number, (cos, sin) = self.names.index(name), cos_sin(pose.theta)
+        self.place(name, pose)
+        velocity = twist.v * cos - twist.side * sin, twist.v * sin + twist.side * cos, twist.w
+        body = self._bodies[number]
+        self._carried[number] = body.vx, body.vy, body.w = velocity
+
     def kick(self, pose: Pose, twist: Twist, model: RobotModel, kicker: Kicker, speed: float) -> bool:
         """Kick the discs in front of a robot straight ahead, and return whether there was one.
 
@@ -172,7 +183,8 @@ class Bodies:
         """
         cos, sin = cos_sin(pose.theta)
         kicked = False
-        for body in (body for body in self._bodies if not body.form.corners):
+        discs = [b for n, b in enumerate(self._bodies) if not b.form.corners and n not in self._carried]
+        for body in discs:
             dx, dy, radius = body.x - pose.x, body.y - pose.y, body.form.radius
             ahead, aside = dx * cos + dy * sin - model.length / 2 - radius, dy * cos - dx * sin
             v, side = body.vx * cos + body.vy * sin, body.vy * cos - body.vx * sin
@@ -222,12 +234,16 @@ class Bodies:
             robot = self._robots[row]
             vx, vy, w = speeds[row]
             dx = dy = 0.0
-            if robot.inverse_mass and driving[row]:
+            against = [n for n, other in near if other == row]
+            if robot.inverse_mass and (driving[row] or not self._carried.keys().isdisjoint(against)):
                 x, y, _ = starts[row]
-                dx, dy = self._back(robot, (robot.x - x, robot.y - y), [n for n, other in near if other == row])
+                dx, dy = self._back(robot, (robot.x - x, robot.y - y), against)
             push = Push(row, robot.vx - vx, robot.vy - vy, robot.w - w, dx, dy)
             if any(push[1:]):
                 pushes.append(push)
+        for number, velocity in self._carried.items():  # whatever has pushed it
+            body = self._bodies[number]
+            body.vx, body.vy, body.w = velocity
         return pushes
 
     def pressed(self, touch: Sequence[int], models: Sequence[RobotModel], poses: Floats) -> Sequence[int]:
@@ -298,7 +314,7 @@ class Bodies:
         body, radius = self._bodies[number], self._radii[number]
         sliding = hypot(body.vx, body.vy)
         speed = hypot(sliding, body.w * radius)
-        if not speed:
+        if not speed or number in self._carried:
             return
         slowing = self._slowing[number]
         time = dt if slowing * dt < speed else speed / slowing
@@ -311,7 +327,7 @@ class Bodies:
         body.w *= max(0.0, 1.0 - (1.0 - left) * ratio) if left else 0.0
 
     def _collide(self, pairs: Sequence[tuple[Rigid, Rigid, int]]) -> None:
-        """Bounce what touches, and move it apart. Robots and walls stay where they are."""
+        """Bounce what touches, and move it apart. Robots, walls and tracked bodies stay where they are."""
         touching = [contacts(a.at, b.at) for a, b, _ in pairs]
         touches = []
         for (a, b, row), found in zip(pairs, touching, strict=True):
@@ -321,16 +337,18 @@ class Bodies:
         for _ in range(_ROUNDS if touches else 0):
             if max([touch.press() for touch in touches]) < _SETTLED:
                 break
-        free, moved = {id(body) for body in self._bodies}, set[int]()
+        fixed = {id(self._bodies[number]) for number in self._carried}
+        free, moved = {id(body) for body in self._bodies} - fixed, set[int]()
         for _ in range(_ROUNDS):
             before, moved = moved, set[int]()
             for number, (a, b, _) in enumerate(pairs):
                 if not {id(a), id(b)}.isdisjoint(before | moved):
                     touching[number] = contacts(a.at, b.at)
                 deepest = max(touching[number], key=lambda contact: contact.depth, default=None)
-                if deepest is None or deepest.depth <= _SLACK:
+                if deepest is None or deepest.depth <= _SLACK or (id(a) in fixed and id(b) not in free):
                     continue
                 share = a.inverse_mass / (a.inverse_mass + b.inverse_mass) if id(b) in free else 1.0
+                share = 0.0 if id(a) in fixed else share
                 for body, part in ((a, share), (b, share - 1.0)):
                     if part:
                         way = part * (deepest.depth + _SLACK)
@@ -342,7 +360,8 @@ class Bodies:
     def _back(self, robot: Rigid, way: Vector, near: Sequence[int]) -> Vector:
         """Put a robot back out of bodies that could not give way, as they lie against a wall; how far, m.
 
-        It goes back at most as far as it has come, so that nothing presses it into what is behind it.
+        It goes back at most as far as it has come, so that nothing presses it into what is behind it. A tracked body
+        takes it along at the speed that both would have after a plastic impact: a ball cannot throw a robot.
 
         Args:
             way: that of the robot in this tick, m. near: the bodies near it.
@@ -353,10 +372,13 @@ class Bodies:
             deepest = max(contacts(body.at, robot.at), key=lambda contact: contact.depth, default=None)
             if deepest is None or deepest.depth <= _MOST_OVERLAP:
                 continue
+            vx, vy, _ = self._carried.get(number, (0.0, 0.0, 0.0))
+            share = robot.inverse_mass / (robot.inverse_mass + body.inverse_mass)
+            pressed = share * (vx * deepest.nx + vy * deepest.ny)
             back = min(deepest.depth + _SLACK, max(0.0, way[0] * deepest.nx + way[1] * deepest.ny))
             robot.put(robot.x - back * deepest.nx, robot.y - back * deepest.ny, robot.theta)
             for rigid in (robot, body):  # both stand, as far as they press on each other
-                along = rigid.vx * deepest.nx + rigid.vy * deepest.ny
+                along = rigid.vx * deepest.nx + rigid.vy * deepest.ny - pressed
                 rigid.vx, rigid.vy = rigid.vx - along * deepest.nx, rigid.vy - along * deepest.ny
         return robot.x - x, robot.y - y
 

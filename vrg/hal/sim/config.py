@@ -58,6 +58,7 @@ class BodySetup:
         mass: kg. height: m; a range finder that is higher sees nothing of it.
         friction: the floor slows it by this times gravity, as it rolls or slides.
         restitution: the part of its approach speed with which it bounces off walls, robots and others.
+        tracked: True for a real one, which is where it was seen: nothing in the world moves it.
     """
 
     name: str
@@ -69,6 +70,7 @@ class BodySetup:
     height: float
     friction: float
     restitution: float
+    tracked: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

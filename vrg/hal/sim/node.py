@@ -49,6 +49,7 @@ class WorldNode(Node):
         self._keys = keys
         self._started = False
         self._measured = mailbox.subscribe(keys.robot_pose())
+        self._seen = mailbox.subscribe(keys.thing_pose())
         self._refused: set[str] = set()
         self._drives = mailbox.subscribe(keys.drive())
         self._limits = mailbox.subscribe(keys.speed_limit())
@@ -120,7 +121,7 @@ class WorldNode(Node):
                 log.warning("%s: no pictures: PyBullet, which draws them, is not installed", name_in(asked.key))
         for limit in self._limits.take():
             world.limit(name_in(limit.key), limit.body.v_max)
-        for measured in self._measured.take():
+        for measured in (*self._measured.take(), *self._seen.take()):
             self._measure(measured)
         for drive in self._drives.take():
             world.drive(name_in(drive.key), drive.body.twist, drive.body.armed, drive.body.use)
@@ -173,7 +174,7 @@ def _in_order(frame: Frame) -> list[SensorMessage]:
 def place(world: World, places: Mapping[str, Pose]) -> None:
     """Put robots and passive bodies somewhere, as many as there is room for; the others stay where they are.
 
-    A physical robot cannot be placed, because only people can move it.
+    A physical robot, or a tracked body, cannot be placed, because only people can move it.
 
     Raises:
         WorldError: there are no places, or some robots stay; the error names them, each with the reason.
@@ -187,7 +188,9 @@ def place(world: World, places: Mapping[str, Pose]) -> None:
         refused |= wrong
     for name, pose in places.items():
         # A body makes room by itself: what overlaps with it pushes it away.
-        if name not in robots and not world.map.bounds.contains(pose.x, pose.y):
+        if name in world.tracked:
+            refused[name] = f"place {name}: it is a real one, which only people can put there"
+        elif name not in robots and not world.map.bounds.contains(pose.x, pose.y):
             refused[name] = f"place {name}: expected a place inside map {world.map.name}"
     for name, pose in places.items():
         if name not in refused:

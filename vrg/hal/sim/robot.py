@@ -164,7 +164,7 @@ class VirtualRobot:
 
 
 class Ghost:
-    """One physical robot, as the world shows it: where it was measured, and between two measurements along its arc.
+    """A physical robot or a tracked body, as the world shows it: where it was measured, and then along its arc.
 
     Measurements come at about 10 Hz, and the world ticks at 50 Hz. The body goes on along its arc, but not for long.
 

@@ -2,7 +2,7 @@
 
 A physical robot has all of these itself. In the world it is a ghost: a body that is where the robot was measured.
 Virtual robots see the ghost and run into it. The world also uses the ghost's pose to synthesise the range sensors that
-the robot lacks.
+the robot lacks. A tracked ball or box is a ghost, too.
 """
 
 import math
@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState, Thing
+from vrg.bus.messages import LOST, Body, MeasuredPose, Poses, RefereeState, RobotState, Thing
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.actuators import UNUSED
 from vrg.hal.models import RobotModel
@@ -44,6 +44,9 @@ class World:
     Raises:
         ConfigError: check_setup found problems; the error lists all of them.
         WorldError: the snapshot is of another set-up than this world's.
+
+    Attributes:
+        tracked: the tracked bodies, by name. Each is lost until it is seen.
     """
 
     def __init__(self, config: WorldConfig, snapshot: WorldSnapshot | None = None) -> None:
@@ -90,6 +93,8 @@ class World:
         used = np.array([before[name].energy_used if name in before else 0.0 for name in engine.names])
         self._batteries = Batteries(engine.models, used, engine.angles, engine.velocities)
         self.bodies = Bodies(self.map, config.bodies, engine)
+        stood = {setup.name: setup.pose for setup in config.bodies} | ({} if snapshot is None else snapshot.bodies)
+        self.tracked = {s.name: Ghost(s.name, stood[s.name], -math.inf) for s in config.bodies if s.tracked}
         if snapshot is not None:
             for body, pose in snapshot.bodies.items():
                 self.bodies.place(body, pose)
@@ -163,18 +168,18 @@ class World:
             self._settled_until = -math.inf
 
     def measure(self, name: str, measured: MeasuredPose, stamp: float) -> None:
-        """Take in a measured pose of a physical robot. One that is older than the newest changes nothing.
+        """Take in a measured pose of a physical robot or a tracked body. One older than the newest changes nothing.
 
         Args:
             stamp: the match time of the measurement, s.
 
         Raises:
-            WorldError: there is no physical robot of that name, or it was measured in the future.
+            WorldError: there is none of that name, or it was measured in the future.
         """
-        ghost = self._ghosts.get(name)
+        ghost = self._ghosts.get(name) or self.tracked.get(name)
         if ghost is None:
-            known = ", ".join(self._ghosts) or "none"
-            raise WorldError(f"pose of {name}: expected one of the physical robots ({known})")
+            known = ", ".join([*self._ghosts, *self.tracked]) or "none"
+            raise WorldError(f"pose of {name}: expected one of the physical robots and things ({known})")
         ghost.measure(measured, stamp, self.time)
 
     def limit(self, name: str, v_max: float) -> None:
@@ -225,6 +230,8 @@ class World:
             self._decide(now)
         for name, ghost in self._ghosts.items():
             engine.move(name, *ghost.at(now))
+        for name, seen in self.tracked.items():
+            self.bodies.carry(name, *seen.at(now))
         before = engine.poses.copy() if self.bodies.names else engine.poses
         engine.step(self.config.tick)
         if self.bodies.names:
@@ -288,7 +295,8 @@ class World:
         """A function that returns what `poses` returns now, at any time."""
         now, places = self.time, self._engine.poses.copy()
         twists = [Twist(*velocity) for velocity in self._engine.velocities.tolist()]
-        things = tuple(Thing(name, Pose(b.x, b.y, b.theta), b.vx, b.vy, b.w) for name, b in self.bodies)
+        lost = {name for name, seen in self.tracked.items() if seen.age(now) > LOST}
+        things = tuple(Thing(n, Pose(b.x, b.y, b.theta), b.vx, b.vy, b.w, n in lost) for n, b in self.bodies)
         marks = [robot.mark(twist, now) for robot, twist in zip(self._robots, twists, strict=True)]
 
         def make() -> Poses:
