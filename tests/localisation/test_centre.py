@@ -1,6 +1,7 @@
 """The fusion centre as a node: what it hears and publishes, and what becomes of fixes that are of nobody or wrong."""
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 import pytest
@@ -20,11 +21,12 @@ from vrg.types import STILL, Pose, Twist
 class Bench:
     """A centre that locates ann and bob, and what is said to it."""
 
-    def __init__(self) -> None:
+    def __init__(self, things: Collection[str] = ()) -> None:
         self.mailbox = Mailbox()
         model = robot_model("P2AT")
         starts = {"ann": HERE, "bob": Pose(5.0, 0.0, 0.0)}
-        self.centre = FusionCentre(self.mailbox, KEYS, {name: (model, start) for name, start in starts.items()})
+        robots = {name: (model, start) for name, start in starts.items()}
+        self.centre = FusionCentre(self.mailbox, KEYS, robots, things=things)
         self.time = 0.0
         self._number = 0
 
@@ -40,7 +42,7 @@ class Bench:
         self.say(KEYS.fixes("overhead"), Fixes(fixes=fixes), stamp)
 
     def tick(self) -> dict[str, tuple[float, MeasuredPose]]:
-        """Tick, and return what is published, by the robot's name, with its stamp."""
+        """Tick, and return what is published, by the name of the robot or thing, with its stamp."""
         self.mailbox.handover(self.time)
         self.centre.tick(Tick(self.time))
         found = {}
@@ -168,3 +170,18 @@ def test_a_robot_that_an_official_has_placed_is_there() -> None:
     (_, found) = bench.tick()["ann"]
     assert found.pose == Pose(7.0, 3.0, 1.0)
     assert found.lost, "until a source has seen it there"
+
+
+def test_a_thing_is_published_where_and_when_it_was_seen_and_its_fixes_are_counted() -> None:
+    bench = Bench(things=("ball",))
+    bench.time = 1.0
+    bench.sees(0.9, ball=Pose(2.0, 1.0, 0.0))
+    assert bench.tick() == {"ball": (0.9, MeasuredPose(pose=Pose(2.0, 1.0, 0.0)))}
+    bench.sees(0.85, ball=Pose(9.0, 9.0, 0.0))
+    bench.sees(2.0, ball=Pose(9.0, 9.0, 0.0))
+    assert bench.tick() == {}, "one is older than the last, one of the future"
+    bench.sees(1.0, ball=Pose(2.1, 1.0, 0.0))
+    ((stamp, moved),) = bench.tick().values()
+    assert stamp == 1.0
+    assert moved.twist.v > 0.5
+    assert bench.centre.counted()["fixes"]["ball"] == {"used": 2, "late": 1, "early": 1}

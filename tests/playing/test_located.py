@@ -20,6 +20,15 @@ from vrg.testing.matches import calls_of
 from vrg.testing.tiny import TINY, TINY_CAN, located
 from vrg.types import Pose
 
+BALL = """[[bodies]]
+name = "ball"
+kind = "ball"
+x = 1.0
+y = 0.0
+radius = 0.1
+localisation = "fusion"
+"""
+
 
 class Surveyor(Node):
     """Compares where robots are by the fusion centre with where the world has them, and hears what players report.
@@ -126,6 +135,10 @@ def test_a_source_of_the_truth_locates_no_real_robot(tmp_path: Path) -> None:
         (('source = "sim"', 'source = "sim"\ndelais = 0.1'), "did you mean 'delay'?"),
         (("[localisation.overhead]", "[localisation.ann]"), "expected a name that no other process of this match has"),
         (('localisation = "fusion"\n', ""), "it locates no player"),
+        (
+            ("[rules]", BALL + "[rules]"),
+            "ball: expected a source that sees real things, such as `ssl`: `sim` sees none",
+        ),
     ],
 )
 def test_mistakes_in_the_match_file_are_told(tmp_path: Path, change: tuple[str, str], words: str) -> None:

@@ -79,7 +79,8 @@ def play_match(
     about = f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}{lacking}; run in {folder.path}"
     console.print(about, soft_wrap=True)
     if setup.rate != setup.wanted_rate:
-        console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
+        real = ", ".join([*setup.physical, *setup.tracked])
+        console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {real} cannot be hurried")
     played = play(launch, folder, server)
     if not played.over or played.state is None:
         raise typer.Exit(130 if played.interrupted else 1)

@@ -124,7 +124,8 @@ def localisation_problems(file: MatchFile, base: FilePath) -> list[Problem]:
         except ValidationError as error:
             found += problems_of(error, where, SOURCES.get(table["source"]).settings.model_fields)
     fused = [(number, player) for number, player in enumerate(file.players) if player.localisation == FUSION]
-    if file.localisation and not fused:
+    tracked = [number for number, body in enumerate(file.bodies) if body.localisation == FUSION]
+    if file.localisation and not (fused or tracked):
         text = 'it locates no player: write `localisation = "fusion"` into the table of one'
         found.append(Problem(text, ("localisation", next(iter(file.localisation)))))
     for number, player in fused:
@@ -135,6 +136,10 @@ def localisation_problems(file: MatchFile, base: FilePath) -> list[Problem]:
         elif kinds and not any(kind.sees_physical for kind in kinds) and _is_real(file, player.backend):
             text = "expected a source that sees real robots: those of [localisation.*] see virtual and emulated ones"
             found.append(Problem(text, where))
+    blind = len(kinds) == len(file.localisation) and not any(kind.sees_physical for kind in kinds)
+    for number in tracked if blind else ():
+        text = "expected a source that sees real things, such as `ssl`: `sim` sees none, and so needs no `localisation`"
+        found.append(Problem(f"{file.bodies[number].name}: {text}", ("bodies", number, "localisation")))
     return found
 
 

@@ -181,6 +181,7 @@ class BodyEntry(FileTable, frozen=True, kw_only=True):
         mass: kg. height: m; a range finder that is higher does not see it.
         friction: the floor slows it by this times gravity, as it rolls or slides.
         restitution: the part of its speed with which it bounces, 0 to 1.
+        localisation: `fusion` if it is a real one, which the fusion centre locates by fixes; without it, it is virtual.
     """
 
     name: Annotated[str, Constraint(_player_name)]
@@ -195,6 +196,7 @@ class BodyEntry(FileTable, frozen=True, kw_only=True):
     height: _Size = 0.4
     friction: Annotated[float, Constraint(ge=0, le=10)] = 0.05
     restitution: _Share = 0.3
+    localisation: Literal["fusion"] | None = None
 
     @property
     def setup(self) -> BodySetup:
@@ -208,6 +210,7 @@ class BodyEntry(FileTable, frozen=True, kw_only=True):
         return BodySetup(
             name=self.name, kind=self.kind, pose=compose(typed, Pose(x, y, 0.0)), radius=radius, corners=about,
             mass=self.mass, height=self.height, friction=self.friction, restitution=self.restitution,
+            tracked=self.localisation is not None,
         )  # fmt: skip
 
 

@@ -154,6 +154,8 @@ def _of_physical_robots(data: Mapping[str, Any]) -> list[Place]:
         if isinstance(table, dict):
             found.append(("players", number, "backend"))
             found += [("players", number, "localisation")] * (real or table.get("localisation") == FEED)
+    bodies = data.get("bodies")
+    found += [("bodies", n, "localisation") for n in range(len(bodies) if isinstance(bodies, list) else 0) if real]
     return [*found, *(("place", process) for process in place or () if process not in PLACED)]
 
 
@@ -235,6 +237,7 @@ class _Checker:
         self.problems += checks.machine_problems(file, self._companions_at)
         machines, place = checks.machines_of(file, self._companions_at)
         players = [player for index in range(len(file.players)) if (player := self._player(game, file, index))]
+        tracked = any(body.localisation for body in file.bodies)
         setup = CheckedMatch(
             **structs.asdict(file)
             | {
@@ -243,7 +246,7 @@ class _Checker:
                 "origin": origin,
                 "base": str(self._base),
                 "map": str(self._base / file.map) if "/" in file.map or file.map.endswith(".toml") else file.map,
-                "rate": 1.0 if any(player.physical for player in players) else file.rate,
+                "rate": 1.0 if any(player.physical for player in players) or tracked else file.rate,
                 "wanted_rate": file.rate,
                 "players": players,
                 "companions": companions,

@@ -21,7 +21,7 @@ from vrg.hal.backends import BACKENDS, Companion
 from vrg.hal.location import FUSION, ODOMETRY
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.settings import with_motion, with_settings
-from vrg.hal.sim.config import RobotSetup, WorldConfig
+from vrg.hal.sim.config import BodySetup, RobotSetup, WorldConfig
 from vrg.modules import module_in
 from vrg.regions import Region
 from vrg.registry import did_you_mean
@@ -191,13 +191,18 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
 
     @property
     def trackers(self) -> list[str]:
-        """The names of the processes that locate robots: the sources of fixes and the fusion centre."""
-        return [*self.localisation, FUSION] if self.fused else []
+        """The names of the processes that locate robots and things: the sources of fixes and the fusion centre."""
+        return [*self.localisation, FUSION] if self.fused or self.tracked else []
 
     @property
     def fused(self) -> "list[PlayerSetup]":
         """The players whose robots the fusion centre locates."""
         return [player for player in self.players if player.localisation == FUSION]
+
+    @property
+    def tracked(self) -> dict[str, BodySetup]:
+        """The passive bodies that the fusion centre locates, by name."""
+        return {body.name: body.setup for body in self.bodies if body.localisation == FUSION}
 
     def played_by(self, strategy: str) -> list[str]:
         """The names of the players with a strategy, as the match file names it."""

@@ -1,4 +1,4 @@
-"""The fusion centre: one node that estimates where robots are, from their odometry and from what sources have seen."""
+"""The fusion centre: one node that estimates where robots and things are, from odometry and what sources have seen."""
 
 import logging
 import math
@@ -10,7 +10,7 @@ import numpy as np
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix, MeasuredPose, Motion, OwnPlace
-from vrg.bus.node import Node, Tick
+from vrg.bus.node import CLOCK_SKEW, Node, Tick
 from vrg.bus.topics import Keys, name_in
 from vrg.hal.location import FUSION
 from vrg.hal.models import RobotModel
@@ -19,6 +19,7 @@ from vrg.hal.sensors.ins import InsSpec
 from vrg.localisation.estimator import Estimator, FixFate
 from vrg.localisation.motion import motion_noise
 from vrg.localisation.source import TRACKER
+from vrg.localisation.thing import ThingEstimator
 from vrg.types import Pose, Twist
 
 log = logging.getLogger(__name__)
@@ -40,7 +41,7 @@ class FusionCentre(Node):
         mailbox: its mailbox. keys: the keys of the match.
         robots: the model and the start of each robot that it locates, by name.
         origin: the latitude and longitude of the map's x = y = 0, rad, for GPS.
-        physical: the names of the physical ones.
+        physical: the names of the physical ones. things: those of the passive bodies that it locates.
     """
 
     kind = TRACKER
@@ -52,6 +53,7 @@ class FusionCentre(Node):
         robots: Mapping[str, tuple[RobotModel, Pose]],
         origin: tuple[float, float] = (0.0, 0.0),
         physical: Collection[str] = (),
+        things: Collection[str] = (),
     ) -> None:
         super().__init__(FUSION, mailbox, PERIOD)
         self._origin = origin
@@ -60,14 +62,15 @@ class FusionCentre(Node):
         self._estimators = {name: Estimator(start, self._noise[name]) for name, (_, start) in robots.items()}
         self._placed = mailbox.subscribe(keys.placed(), only=[keys.placed(name).key for name in robots])
         self._twists: dict[str, Twist] = {}
-        self._topics = {name: keys.robot_pose(name) for name in robots}
+        self._things = {name: ThingEstimator() for name in things}
+        self._topics = {name: keys.robot_pose(name) for name in robots} | {n: keys.thing_pose(n) for n in things}
         self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in robots])
         self._fixes = mailbox.subscribe(keys.fixes())
-        self._counts: dict[str, Counter[FixFate]] = {name: Counter() for name in robots}
+        self._counts: dict[str, Counter[FixFate]] = {name: Counter() for name in (*robots, *things)}
         self._unknown: Counter[str] = Counter()
 
     def tick(self, tick: Tick) -> None:
-        """Take in what robots and sources have measured, and publish where each robot is that has moved on in time."""
+        """Take in what robots and sources have measured, and publish where each is that has moved on in time."""
         for placed in self._placed.take():
             # An official enters where it was put; what its odometry errs by is learned again.
             name = name_in(placed.key)
@@ -80,7 +83,9 @@ class FusionCentre(Node):
         for seen in self._fixes.take():
             for fix in seen.body.fixes:
                 estimator = self._estimators.get(fix.robot)
-                if estimator is None:
+                if fix.robot in self._things:
+                    self._count(fix.robot, self._see(tick.time, seen.stamp, fix))
+                elif estimator is None:
                     self._unknown[fix.robot] += 1
                 elif (verdict := estimator.correct(seen.stamp, fix)) is not None:
                     self._count(fix.robot, verdict)
@@ -102,6 +107,15 @@ class FusionCentre(Node):
             if (fix := own_fix(name, self._models[name], place, self._origin)) is not None:
                 self._estimators[name].correct(place.stamp, fix, own=True)
 
+    def _see(self, now: float, stamp: float, fix: Fix) -> FixFate:
+        """Publish where a thing was seen: at once, as there is no odometry to wait for."""
+        if stamp > now + CLOCK_SKEW:
+            return FixFate.EARLY
+        if (measured := self._things[fix.robot].correct(stamp, fix)) is None:
+            return FixFate.LATE
+        self.mailbox.publish(self._topics[fix.robot], measured, stamp=stamp)
+        return FixFate.USED
+
     def _count(self, name: str, verdict: FixFate) -> None:
         self._counts[name][verdict] += 1
         if verdict is FixFate.MOVED:
@@ -116,7 +130,7 @@ class FusionCentre(Node):
             )
 
     def counted(self) -> dict[str, Any]:
-        """The fates of the fixes of each robot, the fixes of robots that are not located here, and what was learned.
+        """The fates of the fixes of each robot and thing, the fixes of others, and what was learned.
 
         That is by how much the ways, the turns and the turn on a metre straight ahead (rad) of each robot are greater
         than its odometry measures, each with its standard deviation.

@@ -18,6 +18,7 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Drivetrain
+from vrg.hal.sim.config import BodySetup
 from vrg.registry import Registry, subclass_of
 from vrg.tables import Table
 from vrg.types import Pose
@@ -34,6 +35,7 @@ class SourceContext(Struct, frozen=True, kw_only=True):
     Args:
         name: of the source. settings: its table, of its own class.
         robots: the models of the robots that it is to see, by name. starts: their poses when the match begins.
+        things: the set-ups of the passive bodies that it is to see, by name.
         emulated: of those of them that are physical robots with emulated drives, the drivetrain whose speeds, for what
             the odometry measures, are those of the axes as wired; see `Emulation.as_wired` of
             vrg.hal.can.workshop.emulation.
@@ -45,6 +47,7 @@ class SourceContext(Struct, frozen=True, kw_only=True):
     robots: Mapping[str, RobotModel]
     starts: Mapping[str, Pose]
     emulated: Mapping[str, Drivetrain] = {}
+    things: Mapping[str, BodySetup] = {}
     seed: int
     base: Path
 
@@ -90,7 +93,7 @@ class Source(Node):
 
     @abstractmethod
     def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
-        """The match times of what has been captured, s, and the robots that were seen then."""
+        """The match times of what has been captured, s, and the robots and things that were seen then."""
 
 
 SOURCES: Registry[type[Source]] = Registry(

@@ -1,5 +1,6 @@
 """Nodes that locate robots, on a bench: what a test says to them, and sources that watch what a test shows to them."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from vrg.bus.messages import Clock, Fix, Message
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.hal.models import robot_model
+from vrg.hal.sim.config import BodySetup
 from vrg.localisation.source import SourceContext, read_source
 from vrg.types import Pose
 
@@ -28,11 +30,13 @@ def say_time(mailbox: Mailbox, time: float, number: int, rate: float = 1.0) -> N
     say(mailbox, KEYS.clock, Clock(time=time, tick=number, epoch=0, rate=rate, estop=False), time, number)
 
 
-def context_of(name: str, settings: Any, *robots: str, base: Path = Path()) -> SourceContext:
+def context_of(
+    name: str, settings: Any, *robots: str, base: Path = Path(), things: Sequence[BodySetup] = ()
+) -> SourceContext:
     """The context of a source: a match in which all robots are P2ATs that begin at the origin."""
     return SourceContext(
         name=name, settings=settings, robots=dict.fromkeys(robots, robot_model("P2AT")),
-        starts=dict.fromkeys(robots, HERE), seed=1, base=base,
+        starts=dict.fromkeys(robots, HERE), seed=1, base=base, things={body.name: body for body in things},
     )  # fmt: skip
 
 
@@ -66,13 +70,13 @@ class SourceBench:
     """A source that sees real robots, and a match clock that began 1000 s after the process' own.
 
     Args:
-        kind: the class that the table names. table: of the match file.
+        kind: the class that the table names. table: of the match file. more: as for `context_of`.
     """
 
-    def __init__(self, kind: type[Any], table: dict[str, Any], name: str, *robots: str, base: Path = Path()) -> None:
+    def __init__(self, kind: type[Any], table: dict[str, Any], name: str, *robots: str, **more: Any) -> None:
         found, settings = read_source(table)
         self.mailbox, self.now, self._number = Mailbox(), 1000.0, 0
-        self.node = kind(context_of(name, settings, *robots, base=base), self.mailbox, KEYS, lambda: self.now)
+        self.node = kind(context_of(name, settings, *robots, **more), self.mailbox, KEYS, lambda: self.now)
         assert found is kind
         assert found.sees_physical
 

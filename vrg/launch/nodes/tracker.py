@@ -24,7 +24,7 @@ def tracker_node(setup: MatchSetup, name: str) -> Node:
     if name == FUSION:
         robots = {player.name: (player.robot, player.pose) for player in setup.fused}
         physical = [player.name for player in setup.fused if player.physical]
-        return FusionCentre(Mailbox(), setup.keys, robots, load_map(setup.map).origin, physical)
+        return FusionCentre(Mailbox(), setup.keys, robots, load_map(setup.map).origin, physical, setup.tracked)
     kind, settings = read_source(setup.localisation[name])
     context = SourceContext(
         name=name,
@@ -38,6 +38,7 @@ def tracker_node(setup: MatchSetup, name: str) -> Node:
             for robot in robots
             if setup.player(robot) in setup.fused
         },
+        things=setup.tracked,
         seed=setup.draw(source_seed(name)),
         base=Path(setup.base),
     )
