@@ -6,13 +6,14 @@ from typing import Any
 
 import pytest
 
-from vrg.bus.messages import Official, OfficialAction, Stage
+from vrg.bus.messages import Official, OfficialAction, Stage, Thing
 from vrg.config.loading import load_match
 from vrg.config.rules import rulebook_of
 from vrg.coordinator.decisions import decide
-from vrg.coordinator.match import PLACE_AGAIN, Match
+from vrg.coordinator.match import BY_HAND, PLACE_AGAIN, SPOT_PATIENCE, Match
 from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict
+from vrg.hal.sim.config import BodySetup
 from vrg.runs.result import ended_of
 from vrg.types import Pose
 from vrg.ui.banner import banners
@@ -335,3 +336,43 @@ def test_a_physical_robot_stands_neither_outside_the_map_nor_in_a_wall(value: st
 )
 def test_a_place_that_is_none_is_refused(match: Match, words: Sequence[str]) -> None:
     assert rules(decided(match, OfficialAction.PLACE, *words)) == ["refused"]
+
+
+def with_ball(x: float, *, lost: bool = False, robot: float = 1.0) -> Observation:
+    return at(robot, things={"ball": Thing("ball", Pose(x, 0.0, 0.0), lost=lost)})
+
+
+def match_with_ball(*, tracked: bool) -> Match:
+    """One whose players, and a ball that belongs at x = 2, line up."""
+    book, at_two = Book(), Pose(2.0, 0.0, 0.0)
+    book.equip([
+        BodySetup(name="ball", kind="ball", pose=at_two, radius=0.1, mass=0.5, height=0.2, friction=0.1,
+                  restitution=0.3, tracked=tracked),
+    ])  # fmt: skip
+    return Match(book)
+
+
+def test_a_round_waits_for_a_real_ball_that_people_put_on_its_spot() -> None:
+    match = match_with_ball(tracked=True)
+    for seen in (with_ball(2.0, lost=True), with_ball(2.0 + BY_HAND + 0.01)):
+        for _ in range(round((Book.lineup_limit + 2 * PLACE_AGAIN) / 10.0)):
+            outcome = match.step(10.0, seen, [])
+            assert (match.stage, rules(outcome), outcome.place) == (Stage.INITIALIZE, [], {})
+            assert match.waiting == ["ball is not seen at (2, 0): put it there"]
+    assert rules(match.step(0.1, with_ball(2.0 + BY_HAND - 0.01), [])) == ["begin"]
+
+
+def test_the_world_puts_a_virtual_ball_on_its_spot() -> None:
+    match = match_with_ball(tracked=False)
+    assert match.step(0.1, with_ball(2.0 + BY_HAND - 0.01), []).place == {"ball": Pose(2.0, 0.0, 0.0)}
+    assert match.waiting == []
+    assert rules(match.step(2 * SPOT_PATIENCE, with_ball(1.0), [])) == ["begin"], "a robot may stand there"
+
+
+def test_the_world_is_not_asked_to_put_a_real_ball_anywhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    places = {"ball": Pose(3.0, 0.0, 0.0), "a": Pose(0.0, 0.0, 0.0)}
+    monkeypatch.setattr(Book, "judge", lambda _self, state, *_: Verdict(state, place=places))
+    for tracked, asked in ((True, {"a"}), (False, {"a", "ball"})):
+        match = match_with_ball(tracked=tracked)
+        match.step(0.1, with_ball(2.0), [])
+        assert match.step(0.1, with_ball(2.0), []).place.keys() == asked

@@ -33,6 +33,8 @@ PLACE_AGAIN = 10.0
 """The match time in s after which players that are still not on their marks are put there again."""
 SPOT_TOLERANCE, SPOT_PATIENCE = 0.01, 1.0
 """How far a passive body may be from its spot before a round, m; how long it is waited for to be put there, s."""
+BY_HAND = 0.1
+"""How far a tracked body may be from its spot, m: people put it there, and are waited for."""
 JUMP = 0.5
 """The distance in m beyond what it can drive between two looks from which a robot has not driven there."""
 MAX_REASON_LENGTH = 1500
@@ -343,13 +345,15 @@ class Match:
         every = self._book.obstacles_to_start(self.game, now)
         obstacles = {name: why for name, why in every.items() if name not in self.disqualified}
         physical = [name for name in obstacles if name in now.physical]
+        put = self._to_spots(now, BY_HAND, tracked=True).items()
+        by_hand = [f"{name} is not seen at ({spot.x:g}, {spot.y:g}): put it there" for name, spot in put]
         late = [name for name in obstacles if name not in now.physical]
         self.waiting = [f"{name} {why}" for name, why in obstacles.items()]
         if obstacles:
             limit = f" of at most {self._place_at:.0f} s" if late and not absent else ""
             self.waiting[0] = f"the line-up ({self.in_stage:.0f} s{limit}): {self.waiting[0]}"
-        self.waiting = [*absent, *self.waiting]
-        spots = {} if self.waiting else self._to_spots(now)
+        self.waiting = [*absent, *self.waiting, *by_hand]
+        spots = {} if self.waiting else self._to_spots(now, SPOT_TOLERANCE, tracked=False)
         if spots and self._asked_at is None:
             self._asked_at = self.in_stage
             return Effects(place=spots)
@@ -361,7 +365,7 @@ class Match:
             self._before = now
             text = f"{self._book.round_word} {self.game.round} of {self.rounds} begins"
             return Effects([Call(rule="begin", text=text)], [Stage.PLAY_ROUND])
-        if absent or self.in_stage < self._place_at:
+        if absent or not obstacles or self.in_stage < self._place_at:
             return Effects()
         self._place_at = self.in_stage + PLACE_AGAIN
         virtual = {}
@@ -377,11 +381,14 @@ class Match:
             )
         return Effects([Call(rule="placed" if virtual else "late", text="; ".join(texts))], place=virtual)
 
-    def _to_spots(self, now: Observation) -> dict[str, Pose]:
-        """Where passive bodies are put before the round that are not there. A robot may stand there, so this is asked
-        for once, and not waited for long."""
-        spots = {name: spot for name, spot in self._book.spots(self.game).items() if name in now.things}
-        return {name: spot for name, spot in spots.items() if away(now.things[name].pose, spot) > SPOT_TOLERANCE}
+    def _to_spots(self, now: Observation, within: float, *, tracked: bool) -> dict[str, Pose]:
+        """Where passive bodies are put before the round that are not there, by the world or, if tracked, by people.
+
+        A robot may stand there, so the world is asked once, and not waited for long.
+        """
+        spots, things, bodies = self._book.spots(self.game), now.things, self._book.bodies
+        spots = {name: spot for name, spot in spots.items() if name in things and bodies[name].tracked is tracked}
+        return {n: spot for n, spot in spots.items() if things[n].lost or away(things[n].pose, spot) > within}
 
     def _play(self, dt: float, now: Observation) -> Effects:
         self.clock += dt
@@ -393,7 +400,8 @@ class Match:
         self._before = now
         self.game = verdict.state
         stages = [self._enter(Stage.ROUND_OVER)] if verdict.round_over else []
-        place = {name: pose for name, pose in verdict.place.items() if name not in now.physical}
+        tracked = {name for name, body in self._book.bodies.items() if body.tracked}
+        place = {name: pose for name, pose in verdict.place.items() if name not in now.physical | tracked}
         return Effects(verdict.calls, stages, place=place)
 
     def _judge(self, game: Any, before: Observation, now: Observation) -> Verdict[Any]:
