@@ -4,16 +4,20 @@ import math
 from itertools import count
 
 import pytest
+from msgspec import structs
 
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
+from vrg.colours import YELLOW
 from vrg.games import game_of
 from vrg.games.game import title
 from vrg.testing.views import synthetic
 from vrg.types import Pose, Twist
+from vrg.ui import picture
 from vrg.ui.builder import CALLS_KEPT, FLASH_SECONDS, TRAIL_SECONDS, TRAIL_STEP, SceneBuilder, SceneInlets
 from vrg.ui.headline import headline
 from vrg.ui.scene import Scene, clock_text
+from vrg.ui.web import parts
 
 
 @pytest.fixture
@@ -230,3 +234,17 @@ def test_robots_out_of_play_are_told_apart_where_that_has_more_than_one_reason()
     remarks = [game_of("pursuit-evasion").remark(state) for state in ("captured", "escaped", "crossing")]
     assert remarks == ["captured", "escaped", ""]
     assert game_of("sharks-and-minnows").remark("inactive") == ""
+
+
+def test_a_body_that_is_lost_is_an_outline_everywhere_and_said(builder):
+    seen = m.FieldObject(name="ball", kind="ball", x=2.0, y=1.0, radius=0.1)
+    objects = (seen, structs.replace(seen, name="other", lost=True))
+    builder.referee(synthetic.state(1.0, objects=objects))
+    scene = builder.build(True)
+    assert [(thing.lost, thing.words) for thing in scene.objects] == [(False, ""), (True, "other is lost")]
+    (one,), (other,) = (figure.shapes for figure in picture.moving(scene)[-2:])
+    assert (one.fill, one.line) == (YELLOW, picture.DARK.border)
+    assert (other.fill, other.line, other.radius) == (None, YELLOW, 0.1)
+    page = parts.state(scene)["objects"]
+    assert [part["figure"].shapes[0].fill for part in page] == [YELLOW, None]
+    assert [part["words"] for part in page] == ["", "other is lost"]

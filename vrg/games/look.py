@@ -205,16 +205,19 @@ def thing(
     *,
     radius: float = 0.0,
     corners: Sequence[Vector] = (),
+    lost: bool = False,
 ) -> Figure:
     """A thing of the game with a light rim, so that it is seen upon anything: its form, or a flag if it has none.
 
     Args:
         radius: of a disc, m. corners: of an outline about its place, m.
+        lost: a body is not seen, so that there is only its outline, in its colour.
     """
     colour = style.colour
     if radius or corners:
         points = ((0.0, 0.0),) if radius else to_millimetres(corners)
-        body = Shape(points, colour, theme.border, 1.5, radius=round(radius, 3), height=style.height)
+        fill, rim = (None, colour) if lost else (colour, theme.border)
+        body = Shape(points, fill, rim, 1.5, radius=round(radius, 3), height=style.height)
         across = 2 * (radius or max(math.hypot(x, y) for x, y in corners))
         return Figure(f"object {name}", (body,), at, SMALLEST / 2 / across)
     shapes = (

@@ -52,7 +52,7 @@ def thing(game: Game, thing: SceneObject, theme: Theme = DARK) -> Figure:
     """A thing of the game where it is."""
     style = game.thing_style(thing.kind, thing.team)
     at = Pose(*thing.at, thing.heading)
-    return look.thing(thing.name, at, style, theme, radius=thing.radius, corners=thing.corners)
+    return look.thing(thing.name, at, style, theme, radius=thing.radius, corners=thing.corners, lost=thing.lost)
 
 
 def marks(scene: Scene) -> list[Figure]:

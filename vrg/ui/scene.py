@@ -93,6 +93,7 @@ class SceneObject:
     Args:
         team: the team that it belongs to, or empty. at: where it is, m. carrier: the player that carries it, or empty.
         heading: rad. radius, corners: the form of a body, m; one that has neither is drawn as a flag.
+        lost: no source sees it, and it was there last.
     """
 
     name: str
@@ -103,6 +104,7 @@ class SceneObject:
     heading: float = 0.0
     radius: float = 0.0
     corners: tuple[Vector, ...] = ()
+    lost: bool = False
 
     @property
     def is_body(self) -> bool:
@@ -111,7 +113,9 @@ class SceneObject:
 
     @property
     def words(self) -> str:
-        """Its place, in words; empty for a body, which is nowhere at home."""
+        """Its place, in words; empty for a body that is seen, which is nowhere at home."""
+        if self.lost:
+            return f"{self.name} is lost"
         if self.is_body and not self.carrier:
             return ""
         return f"{self.name} carried by {self.carrier}" if self.carrier else f"{self.name} in its place"
@@ -129,7 +133,7 @@ def objects_of(
     for thing in objects:
         pose = robots.get(thing.carrier or "") or things.get(thing.name) or Pose(thing.x, thing.y, thing.heading)
         heading = pose.theta if thing.is_body else 0.0
-        form = heading, thing.radius, thing.corners
+        form = heading, thing.radius, thing.corners, thing.lost
         found.append(
             SceneObject(thing.name, thing.kind, thing.team or "", (pose.x, pose.y), thing.carrier or "", *form)
         )

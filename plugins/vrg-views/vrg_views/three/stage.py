@@ -221,7 +221,7 @@ def _flags(scene: Scene) -> list[Batch]:
 
 
 def _things(scene: Scene) -> list[Batch]:
-    """Balls, boxes and the like, as high as the game says."""
+    """Balls, boxes and the like, as high as the game says; what is lost is dull."""
     game, found = game_of(scene.game), []
     for thing in (thing for thing in scene.objects if thing.is_body):
         style = game.thing_style(thing.kind, thing.team)
@@ -229,7 +229,8 @@ def _things(scene: Scene) -> list[Batch]:
         place = _floats([(*thing.at, 0.0)])
         turns, ones = _turned(np.array([thing.heading])), np.ones((1, 3), dtype=np.float32)
         solid = prism(corners, 0.0, style.height)
-        found.append(Batch(f"things/{thing.name}", solid, place, turns, ones, _same(style.colour, 1)))
+        colour = mix(style.colour, palette.INK, 0.6) if thing.lost else style.colour
+        found.append(Batch(f"things/{thing.name}", solid, place, turns, ones, _same(colour, 1)))
     return found
 
 
