@@ -20,6 +20,8 @@ TOUCH = 0.02
 """The distance in m between a robot and the ball within which it touches the ball."""
 IN_PLAY = 0.05
 """The way in m by which the ball is in play again (SSL 5.1)."""
+BY_HAND = 0.15
+"""How far from its spot people may put a real ball, m (SSL 5.2)."""
 PROGRESS = 0.3
 """The way in m that is progress."""
 GRACE = 2.0
@@ -140,7 +142,7 @@ class Soccer(RuleBook[SoccerState]):
         if was is None or ball is None:
             return Verdict(state)
         toucher = self._toucher(state, now, ball)
-        verdict = self._awaited(state, ball, clock)
+        verdict = self._unseen(state, was, ball, clock) or self._awaited(state, ball, clock)
         if verdict is None:
             verdict = self._left(state, was, ball, clock)
         if verdict is None:
@@ -154,10 +156,25 @@ class Soccer(RuleBook[SoccerState]):
         return verdict
 
     @staticmethod
-    def _awaited(state: SoccerState, ball: Thing, clock: float) -> Verdict[SoccerState] | None:
-        """Nothing is judged before the ball is where it was put; None once it is, or is not put there for long."""
+    def _unseen(state: SoccerState, was: Thing, ball: Thing, clock: float) -> Verdict[SoccerState] | None:
+        """Of a ball that is lost nothing is judged, nor of its way from there to where it is found; None if it is seen.
+
+        It makes no progress meanwhile, and nobody is to blame for that.
+        """
+        return Verdict(structs.replace(state, since=clock)) if was.lost or ball.lost else None
+
+    def _awaited(self, state: SoccerState, ball: Thing, clock: float) -> Verdict[SoccerState] | None:
+        """Nothing is judged before the ball is where it was put; None once it is, or is not put there for long.
+
+        A real ball is put there by people, who are waited for; the kick is then taken from where it lies.
+        """
         if not state.placing:
             return None
+        if self._ball.tracked:
+            at = (ball.pose.x, ball.pose.y)
+            if math.dist(at, state.spot) >= BY_HAND:
+                return Verdict(structs.replace(state, since=clock))
+            return Verdict(structs.replace(state, placing=False, spot=at, since=clock, rested=at))
         there = math.dist((ball.pose.x, ball.pose.y), state.spot) < IN_PLAY
         return Verdict(structs.replace(state, placing=not there and clock - state.since < GRACE))
 
