@@ -36,7 +36,7 @@ def figure_match(file: MatchFile, player: str, *, speed: float, way: float, seco
         raise ConfigError(
             f'--fixes: expected `localisation = "fusion"` at {player}, and a source of fixes: see docs/localisation.md'
         )
-    everybody = {other.name for other in file.players}
+    everybody = {other.name for other in file.players} | {body.name for body in file.bodies}
     own: dict[str, Any] = {
         "name": player,
         "role": "player",
@@ -62,7 +62,7 @@ def figure_match(file: MatchFile, player: str, *, speed: float, way: float, seco
 
 
 def _of(player: str, everybody: set[str], table: Mapping[str, Any]) -> dict[str, Any]:
-    """The settings of a source, in tables whose keys are players, such as their tags, those for one player alone."""
+    """The settings of a source; in tables by players and bodies, such as their tags, those for one player alone."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         by_player = isinstance(value, Mapping) and set(value) <= everybody

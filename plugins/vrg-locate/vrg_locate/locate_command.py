@@ -37,8 +37,8 @@ def tags(
 ) -> None:
     """Print the tags of a match's robots, and some for the floor: a PDF of A4 pages, one for each.
 
-    The numbers are those in the match file. If it has none yet, the robots that are to be located (all, if none
-    is) are numbered from 0, and the table is shown.
+    The numbers are those in the match file. If it has none yet, the robots and things that are to be located (all
+    robots, if none is) are numbered from 0, and the table is shown.
     """
     from vrg.config.loading import match_path, read_match  # physics and all is for who reads matches
     from vrg.hal.location import FUSION
@@ -57,6 +57,7 @@ def tags(
     names = list[str]()
     if not known:
         fused = [player.name for player in file.players if player.localisation == FUSION]
+        fused += [body.name for body in file.bodies if body.localisation == FUSION]
         names = fused or [player.name for player in file.players]
         known = {name: (number, 0.15) for number, name in enumerate(names)}
     known |= {f"floor {number}": (number, size or 0.15) for number in floor or ()}

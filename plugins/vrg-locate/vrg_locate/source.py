@@ -49,8 +49,8 @@ class RealSource(Source, Generic[Item]):
     Args:
         context, mailbox, keys: as for `Source`.
         stream: of what comes in.
-        marks: the names of robots by what is seen of each, such as the number of its tag, as the settings name them;
-            also those of robots that are not located here.
+        marks: the names of robots and things by what is seen of each, such as the number of its tag, as the settings
+            name them; also those of what is not located here.
         monotonic: that clock, s. Nodes read no clock, so it is given from outside.
 
     Attributes:
@@ -71,11 +71,12 @@ class RealSource(Source, Generic[Item]):
     ) -> None:
         super().__init__(context, mailbox, keys)
         self._stream, self._monotonic = stream, monotonic
-        self._robots = {mark: robot for mark, robot in marks.items() if robot in context.robots}
+        located = context.robots.keys() | context.things.keys()
+        self._robots = {mark: name for mark, name in marks.items() if name in located}
         self._absent = marks.keys() - self._robots.keys()
         named = set(marks.values())
-        self._without = sorted(context.robots.keys() - named)
-        self._strangers = sorted(named - context.robots.keys())
+        self._without = sorted(located - named)
+        self._strangers = sorted(named - located)
         self._clock = mailbox.subscribe(keys.clock)
         self._offset = ClockOffset()
         self._rate = 1.0
@@ -91,7 +92,7 @@ class RealSource(Source, Generic[Item]):
         if self._without:
             self.warn("without", f"no {self.mark} is named for %s: nothing locates it here", ", ".join(self._without))
         if self._strangers:
-            self.warn("strangers", "no robot that is located here has the name %s", ", ".join(self._strangers))
+            self.warn("strangers", "nothing that is located here has the name %s", ", ".join(self._strangers))
         self._stream.start()
 
     def stop(self) -> None:
@@ -109,7 +110,7 @@ class RealSource(Source, Generic[Item]):
         super().tick(tick)
 
     def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
-        """The robots in what was captured since the last tick."""
+        """The robots and things in what was captured since the last tick."""
         self.tell(self._stream.problem())
         now = self._monotonic()
         for captured, item in self.captured():
@@ -126,7 +127,7 @@ class RealSource(Source, Generic[Item]):
 
     @abstractmethod
     def fixes_of(self, item: Item) -> Iterable[Fix]:
-        """The robots in what was captured."""
+        """The robots and things in what was captured."""
 
     def counted(self) -> dict[str, Any]:
         """What was used, the fixes of each robot, the marks that no robot has, and what was ignored for each reason."""

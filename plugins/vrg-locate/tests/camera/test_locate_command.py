@@ -174,10 +174,13 @@ def test_the_tags_of_a_match_are_printed(locate: Callable[..., Result], tmp_path
     assert re.search(rb"/MediaBox \[ 0 0 595\.27\d* 841\.88\d* \]", pdf), "A4, in points"
     text = GAMES.get("sharks-and-minnows").default_match().read_text(encoding="utf-8")
     own = text.replace('name = "player2"', 'name = "player2"\nlocalisation = "fusion"')
+    own += '\n[[bodies]]\nname = "box"\nkind = "box"\nx = 1.0\ny = 1.0\nsize = [0.4, 0.4]\nlocalisation = "fusion"\n'
     (tmp_path / "fused.toml").write_text(own, encoding="utf-8")
     result = locate("tags", "fused.toml", "--floor", "20")
     assert result.exit_code == 0, result.output
-    assert result.output.endswith("[localisation.overhead.tags]\nplayer2 = { number = 0, height = 0.3 }\n")
+    assert result.output.endswith(
+        "[localisation.overhead.tags]\nplayer2 = { number = 0, height = 0.3 }\nbox = { number = 1, height = 0.3 }\n"
+    )
     (tmp_path / "match.toml").write_text(text + TABLES, encoding="utf-8")
     result = locate("tags", "match.toml", "-o", "own.pdf")
     assert result.exit_code == 0, result.output

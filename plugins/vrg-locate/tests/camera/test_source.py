@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from real_box import BOX
 
 from camera.scenes import LENS, looking, sheet_at, tags_on_field
 from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.geometry import compose
+from vrg.hal.sim.config import BodySetup
 from vrg.localisation.source import read_source
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
@@ -42,10 +44,16 @@ OFFSET = Pose(0.1, 0.0, math.pi / 2)
 class Bench(SourceBench):
     """A camera's node, and what it sees."""
 
-    def __init__(self, folder: Path, table: dict = TABLE, robots: tuple[str, ...] = ("ann", "bob")) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        table: dict = TABLE,
+        robots: tuple[str, ...] = ("ann", "bob"),
+        things: tuple[BodySetup, ...] = (),
+    ) -> None:
         camera = CameraFile(lens=LensTable.of(LENS, 0.2), place=PlaceTable.of(VIEW.place, VIEW.shift), tags=FLOOR)
         (folder / "cam.toml").write_text(camera_text(camera), encoding="utf-8")
-        super().__init__(CameraSource, table, "overhead", *robots, base=folder)
+        super().__init__(CameraSource, table, "overhead", *robots, base=folder, things=things)
         self.watch = self.node._stream
 
     def shows(self, *tags: Tag, ago: float = 0.05, size: tuple[int, int] = LENS.size) -> None:
@@ -78,6 +86,17 @@ def test_a_robot_is_located_at_the_time_of_the_picture(bench: Bench) -> None:
     assert 1e-3 < fix.heading < 0.02
     assert bench.tick() == [], "nothing is published twice"
     assert bench.node.counted() == {"pictures": 1, "fixes": {"ann": 1}, "unknown": {}, "ignored": {}}
+
+
+def test_a_box_is_located_by_its_tag_as_robots_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "TagStream", FakeFeed)
+    table = TABLE | {"tags": TABLE["tags"] | {"box": {"number": 7, "height": 0.2, "size": 0.1}}}
+    bench = Bench(tmp_path, table, things=(BOX,))
+    bench.tick(5.0)
+    bench.shows(seen(7, Pose(0.3, -0.2, 0.8), 0.2, size=0.1), seen(4, Pose(0.0, 0.0, 0.0), 0.2))
+    ((_, fixes),) = bench.tick()
+    assert [fix.robot for fix in fixes] == ["bob", "box"]
+    assert (fixes[1].pose.x, fixes[1].pose.y, fixes[1].pose.theta) == pytest.approx((0.3, -0.2, 0.8), abs=1e-6)
 
 
 def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
@@ -174,7 +193,7 @@ def test_names_that_do_not_fit_together_are_told(
     bench.node.start()
     assert bench.watch.running
     assert "no tag is named for zoe" in caplog.text
-    assert "no robot that is located here has the name bob" in caplog.text
+    assert "nothing that is located here has the name bob" in caplog.text
     bench.tick(5.0)
     bench.shows(seen(4, Pose(0.0, 0.0, 0.0), 0.2))
     assert bench.tick() == []

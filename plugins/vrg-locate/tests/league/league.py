@@ -44,7 +44,8 @@ def vision_packet(seen: Seen) -> bytes:
             {"confidence": robot.confidence, "robot_id": robot.number, "x": 1000.0 * robot.x, "y": 1000.0 * robot.y,
              "orientation": robot.heading}
         )  # fmt: skip
-    detection = {"t_capture": seen.captured, "t_sent": seen.sent, "camera_id": seen.camera, **robots}
+    balls = [{"confidence": ball.confidence, "x": 1000.0 * ball.x, "y": 1000.0 * ball.y} for ball in seen.balls]
+    detection = {"t_capture": seen.captured, "t_sent": seen.sent, "camera_id": seen.camera, "balls": balls, **robots}
     return encode({"detection": detection}, WRAPPER)
 
 
@@ -59,4 +60,5 @@ def tracker_packet(seen: Seen) -> bytes:
         }
         for robot in seen.robots
     ]
-    return encode({"tracked_frame": {"timestamp": seen.captured, "robots": robots}}, TRACKER)
+    balls = [{"pos": {"x": ball.x, "y": ball.y}, "visibility": ball.confidence} for ball in seen.balls]
+    return encode({"tracked_frame": {"timestamp": seen.captured, "balls": balls, "robots": robots}}, TRACKER)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from league.league import encode, tracker_packet, vision_packet
 from vrg.errors import MessageError
-from vrg_locate.ssl.packets import WRAPPER, Seen, SeenRobot, read_tracker, read_vision
+from vrg_locate.ssl.packets import TRACKER, WRAPPER, Seen, SeenBall, SeenRobot, read_tracker, read_vision
 from vrg_locate.ssl.wire import Field, Kind, decode
 
 coordinates = st.floats(-20.0, 20.0, width=32)
@@ -27,6 +27,7 @@ robots = st.lists(
     ),
     max_size=8,
 )
+balls = st.lists(st.builds(SeenBall, coordinates, coordinates, st.floats(0.0, 1.0, width=32)), max_size=4).map(tuple)
 times = st.floats(1.7e9, 1.9e9)
 DETECTION = {"t_capture": 1.0, "t_sent": 1.0, "camera_id": 0, "robots_yellow": []}
 """What a detection without robots holds."""
@@ -36,9 +37,11 @@ TRACKER_WITHOUT_FRAME = b"\x0a\x01a"
 """A packet of a tracker with its name alone."""
 
 
-@given(times, times, st.integers(0, 7), robots)
-def test_what_vision_has_seen_comes_back(captured: float, sent: float, camera: int, seen: list[SeenRobot]) -> None:
-    found = read_vision(vision_packet(Seen(captured, sent, seen, camera)))
+@given(times, times, st.integers(0, 7), robots, balls)
+def test_what_vision_has_seen_comes_back(
+    captured: float, sent: float, camera: int, seen: list[SeenRobot], rolling: tuple[SeenBall, ...]
+) -> None:
+    found = read_vision(vision_packet(Seen(captured, sent, seen, camera, rolling)))
     assert found is not None
     assert (found.captured, found.sent, found.camera) == (captured, sent, camera)
     wanted = sorted(seen, key=lambda robot: robot.colour == "blue")
@@ -47,12 +50,16 @@ def test_what_vision_has_seen_comes_back(captured: float, sent: float, camera: i
             other.colour, other.number, other.heading, other.confidence,
         )  # fmt: skip
         assert (one.x, one.y) == pytest.approx((other.x, other.y), abs=2e-6)
+    for ball, read in zip(rolling, found.balls, strict=True):
+        assert (ball.x, ball.y, ball.confidence) == pytest.approx((read.x, read.y, read.confidence), abs=2e-6)
 
 
-@given(times, robots.map(lambda seen: [robot for robot in seen if robot.heading is not None]))
-def test_what_a_tracker_has_seen_comes_back(captured: float, seen: list[SeenRobot]) -> None:
-    found = read_tracker(tracker_packet(Seen(captured, captured, seen)))
-    assert found == Seen(captured, captured, seen)
+@given(times, robots.map(lambda seen: [robot for robot in seen if robot.heading is not None]), balls)
+def test_what_a_tracker_has_seen_comes_back(
+    captured: float, seen: list[SeenRobot], rolling: tuple[SeenBall, ...]
+) -> None:
+    found = read_tracker(tracker_packet(Seen(captured, captured, seen, balls=rolling)))
+    assert found == Seen(captured, captured, seen, balls=rolling)
 
 
 @given(st.binary(max_size=200))
@@ -88,8 +95,16 @@ def test_values_of_every_kind_come_back(count: int, time: float, share: float) -
 )
 def test_numbers_that_cannot_be_are_refused(values: dict[str, float], words: str) -> None:
     robot = {"confidence": 1.0, "robot_id": 1, **values}
+    for field in ("robots_blue", "balls"):
+        with pytest.raises(MessageError, match=words):
+            read_vision(encode({"detection": DETECTION | {field: [robot]}}, WRAPPER))
     with pytest.raises(MessageError, match=words):
-        read_vision(encode({"detection": DETECTION | {"robots_blue": [robot]}}, WRAPPER))
+        read_tracker(
+            encode(
+                {"tracked_frame": {"timestamp": 1.0, "balls": [{"pos": {k: v / 1000.0 for k, v in values.items()}}]}},
+                TRACKER,
+            )
+        )
 
 
 def test_a_robot_without_a_number_and_packets_without_robots_are_nothing() -> None:
@@ -112,6 +127,9 @@ packet.detection.camera_id = 2
 robot = packet.detection.robots_blue.add()
 robot.confidence, robot.robot_id, robot.x, robot.y, robot.orientation = 0.75, 11, 1500.0, -250.0, 0.5
 robot.pixel_x = robot.pixel_y = 1.0
+ball = packet.detection.balls.add()
+ball.confidence, ball.area, ball.x, ball.y, ball.z = 0.5, 30, -750.0, 125.0, 10.0
+ball.pixel_x = ball.pixel_y = 2.0
 for field in ("field_width", "goal_width", "goal_depth", "boundary_width"):
     setattr(packet.geometry.field, field, 1)
 sys.stdout.write(packet.SerializeToString().hex())
@@ -126,4 +144,4 @@ def test_packets_of_another_implementation_are_read() -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr.decode()
     seen = read_vision(bytes.fromhex(done.stdout.decode()))
-    assert seen == Seen(1.25, 1.5, [SeenRobot("blue", 11, 1.5, -0.25, 0.5, 0.75)], 2)
+    assert seen == Seen(1.25, 1.5, [SeenRobot("blue", 11, 1.5, -0.25, 0.5, 0.75)], 2, (SeenBall(-0.75, 0.125, 0.5),))

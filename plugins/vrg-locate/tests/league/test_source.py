@@ -4,22 +4,28 @@ import logging
 import math
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import pytest
+from real_box import BOX
 
 from league.league import tracker_packet, vision_packet
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.errors import LaunchError
+from vrg.errors import ConfigError, LaunchError
+from vrg.hal.sim.config import BodySetup
 from vrg.testing.sources import KEYS, context_of, say_time
 from vrg.testing.waiting import wait_until
 from vrg.types import Pose
-from vrg_locate.ssl.packets import Seen, SeenRobot
+from vrg_locate.ssl.packets import Seen, SeenBall, SeenRobot
 from vrg_locate.ssl.source import SslSettings, SslSource
 
+BALL = BodySetup(
+    name="ball", kind="ball", pose=Pose(10.0, 5.0, 0.0), radius=0.0215, mass=0.046, height=0.043, friction=0.03,
+    restitution=0.5, tracked=True,
+)  # fmt: skip
 AHEAD = 1e6
 """The clock of vision is so many seconds ahead of this process's."""
 
@@ -36,7 +42,8 @@ class Bench:
     def __init__(self, **settings: object) -> None:
         self.port = free_port()
         table = {"robots": {"ann": "yellow 3", "bob": "blue 0"}, "address": "127.0.0.1", "port": self.port, **settings}
-        context = context_of("league", SslSettings.model_validate(table), "ann", "bob")
+        things = [body for body in (BALL, BOX) if body.name == settings.get("ball")]
+        context = context_of("league", SslSettings.model_validate(table), "ann", "bob", things=things)
         self.vision = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.mailbox = Mailbox()
         self.node = SslSource(context, self.mailbox, KEYS)
@@ -85,9 +92,9 @@ def make() -> Iterator[type[Bench]]:
         bench.vision.close()
 
 
-def seen(*robots: SeenRobot, late: float = 0.1) -> Seen:
+def seen(*robots: SeenRobot, late: float = 0.1, balls: tuple[SeenBall, ...] = ()) -> Seen:
     sent = time.monotonic() + AHEAD
-    return Seen(sent - late, sent, robots)
+    return Seen(sent - late, sent, robots, balls=balls)
 
 
 def test_a_packet_becomes_fixes_of_the_time_of_its_picture(make: type[Bench]) -> None:
@@ -147,6 +154,33 @@ def test_the_packets_of_a_tracker_are_understood_where_they_are_wanted(make: typ
     assert bench.fixes[1][0] < before - 0.15, "it was captured before it came"
     bench.send(vision_packet(seen()))
     bench.tick_until("malformed", 1)
+
+
+@pytest.mark.parametrize(("packets", "packet"), [("vision", vision_packet), ("tracker", tracker_packet)])
+def test_the_ball_is_the_thing_that_the_match_file_names(
+    make: type[Bench], packets: str, packet: Callable[[Seen], bytes]
+) -> None:
+    bench = make(packets=packets, ball="ball", field={"x": 10.0, "y": 5.0, "heading": 90.0})
+    bench.tick()
+    shown = (SeenBall(1.0, 0.5, 0.9), SeenBall(-2.0, 0.0, 0.7), SeenBall(3.0, 0.0, 0.2))
+    bench.send(packet(seen(SeenRobot("yellow", 3, 0.0, 0.0, 0.0), balls=shown)))
+    bench.tick_until("used", 1)
+    bench.send(packet(seen(balls=shown[1:])))
+    bench.tick_until("used", 2)
+    ((_, fixes),) = bench.fixes  # it is hidden in the second picture, where only the others are
+    assert [fix.robot for fix in fixes] == ["ann", "ball"]
+    assert (fixes[1].pose.x, fixes[1].pose.y, fixes[1].heading) == (9.5, 6.0, None)
+    assert bench.node.counted()["fixes"] == {"ann": 1, "ball": 1}
+
+
+def test_without_a_name_for_it_the_ball_is_nothing_and_a_box_is_none(make: type[Bench]) -> None:
+    bench = make()
+    bench.tick()
+    bench.send(vision_packet(seen(balls=(SeenBall(1.0, 0.5),))))
+    bench.tick_until("used", 1)
+    assert not bench.fixes
+    with pytest.raises(ConfigError, match="league: ball: expected a body with a radius, got box"):
+        make(ball="box")
 
 
 def test_malformed_packets_and_those_of_another_field_are_told_once(

@@ -5,6 +5,7 @@ import time
 
 import pytest
 from pydantic import ValidationError
+from real_box import BOX
 
 from mocap.natnet import Server, Shown
 from mocap.test_tracking import body
@@ -12,6 +13,7 @@ from vrg.bus.messages import Fix
 from vrg.bus.node import Tick
 from vrg.errors import ConfigError
 from vrg.geometry import compose
+from vrg.hal.sim.config import BodySetup
 from vrg.localisation.source import read_source
 from vrg.testing.sources import HERE, FakeFeed, SourceBench
 from vrg.testing.waiting import wait_until
@@ -35,8 +37,10 @@ UP = "y"
 class Bench(SourceBench):
     """The node, and what its system shows."""
 
-    def __init__(self, table: dict = TABLE, robots: tuple[str, ...] = ("ann", "bob")) -> None:
-        super().__init__(MocapSource, table, "hall", *robots)
+    def __init__(
+        self, table: dict = TABLE, robots: tuple[str, ...] = ("ann", "bob"), things: tuple[BodySetup, ...] = ()
+    ) -> None:
+        super().__init__(MocapSource, table, "hall", *robots, things=things)
         self.stream = self.node._stream
 
     def shows(self, *bodies: MeasuredBody, ago: float = 0.01) -> None:
@@ -49,6 +53,15 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
     made = Bench()
     made.tick(5.0)
     return made
+
+
+def test_a_box_is_the_rigid_body_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "FrameStream", FakeFeed)
+    bench = Bench(things=(BOX,))
+    bench.tick(5.0)
+    bench.shows(body(Pose(1.0, 0.5, 0.25), UP, "box"))
+    ((_, (fix,)),) = bench.tick()
+    assert (fix.robot, fix.pose.x, fix.pose.y) == ("box", pytest.approx(2.0 - 0.5), pytest.approx(1.0 + 1.0))
 
 
 def test_robots_are_located_at_the_time_of_the_exposure(bench: Bench) -> None:
@@ -108,7 +121,7 @@ def test_names_that_do_not_fit_together_are_told(
     bench = Bench(robots=("ann",))
     bench.node.start()
     assert bench.stream.running
-    assert "no robot that is located here has the name bob" in caplog.text
+    assert "nothing that is located here has the name bob" in caplog.text
     bench.tick(5.0)
     bench.shows(body(HERE, UP, "Robot 2"))
     assert bench.tick() == []

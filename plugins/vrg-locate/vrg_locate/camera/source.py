@@ -42,7 +42,7 @@ NOISE: Final = 0.2
 
 
 class RobotTag(Table):
-    """The tag of a robot, which lies flat on it.
+    """The tag of a robot or a thing, which lies flat on it.
 
     Args:
         number: which tag. height: of the tag above the floor, m.
@@ -70,7 +70,7 @@ class CameraSettings(Table):
     Args:
         camera: the index of a USB camera, its device such as /dev/video2, or a video file or a folder of pictures.
         calibration: the file that the commands `vrg locate calibrate` have written, relative to the match file.
-        tags: those of the robots, by the robots' names.
+        tags: those of the robots and things, by their names.
         size: the length of the sides of the tags' black squares, m. prints: whose prints the tags are.
         rate: the most pictures in a second that are looked at.
         noise: the standard deviation of each coordinate of a corner of a tag, pixels; see benchmarks/camera.py.

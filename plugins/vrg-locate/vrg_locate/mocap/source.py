@@ -68,7 +68,7 @@ class MocapSettings(Table):
             interface, on which OptiTrack's multicast packets arrive.
         up: its axis that points up.
         origin: the pose of its frame on the map: where its origin is and where its x axis points.
-        bodies: the rigid bodies by the robots' names. A robot that is not named has the one of its own name.
+        bodies: the rigid bodies by the names of robots and things. One that is not named has that of its own name.
         rate: the most measurements of each body in a second that are used.
         latency: the time from the exposure to the arrival of a frame, s.
         position: the standard deviation of x and of y, m. heading: that of the heading, degrees.
@@ -137,7 +137,7 @@ class MocapSource(RealSource[MocapFrame]):
         assert isinstance(context.settings, MocapSettings)
         self._settings = settings = context.settings
         robots = dict[str, str]()
-        for robot in context.robots:
+        for robot in (*context.robots, *context.things):
             body = settings.body_of(robot)
             if (other := robots.setdefault(body, robot)) != robot:
                 raise ConfigError(f"expected a rigid body for each robot, got {body} for {other} and for {robot}")

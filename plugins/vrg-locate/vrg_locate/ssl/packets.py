@@ -26,25 +26,36 @@ _SEEN_ROBOT: Final[Layout] = {
     4: Field("y", Kind.FLOAT),
     5: Field("orientation", Kind.FLOAT),
 }
+_SEEN_BALL: Final[Layout] = {
+    1: Field("confidence", Kind.FLOAT),
+    3: Field("x", Kind.FLOAT),
+    4: Field("y", Kind.FLOAT),
+}
 _DETECTION: Final[Layout] = {
     2: Field("t_capture", Kind.DOUBLE),
     3: Field("t_sent", Kind.DOUBLE),
     4: Field("camera_id", Kind.UINT),
+    5: Field("balls", _SEEN_BALL, many=True),
     6: Field("robots_yellow", _SEEN_ROBOT, many=True),
     7: Field("robots_blue", _SEEN_ROBOT, many=True),
 }
 WRAPPER: Final[Layout] = {1: Field("detection", _DETECTION)}
-"""SSL_WrapperPacket, which vision sends: the robots of a picture, or the geometry of the field."""
+"""SSL_WrapperPacket, which vision sends: the robots and balls of a picture, or the geometry of the field."""
 
+_TRACKED_PLACE: Final[Layout] = {1: Field("x", Kind.FLOAT), 2: Field("y", Kind.FLOAT)}
+_TRACKED_BALL: Final[Layout] = {1: Field("pos", _TRACKED_PLACE), 3: Field("visibility", Kind.FLOAT)}
 _TRACKED_ROBOT: Final[Layout] = {
     1: Field("robot_id", {1: Field("id", Kind.UINT), 2: Field("team", Kind.UINT)}),
-    2: Field("pos", {1: Field("x", Kind.FLOAT), 2: Field("y", Kind.FLOAT)}),
+    2: Field("pos", _TRACKED_PLACE),
     3: Field("orientation", Kind.FLOAT),
     6: Field("visibility", Kind.FLOAT),
 }
-TRACKER: Final[Layout] = {
-    3: Field("tracked_frame", {2: Field("timestamp", Kind.DOUBLE), 4: Field("robots", _TRACKED_ROBOT, many=True)})
+_TRACKED_FRAME: Final[Layout] = {
+    2: Field("timestamp", Kind.DOUBLE),
+    3: Field("balls", _TRACKED_BALL, many=True),
+    4: Field("robots", _TRACKED_ROBOT, many=True),
 }
+TRACKER: Final[Layout] = {3: Field("tracked_frame", _TRACKED_FRAME)}
 """TrackerWrapperPacket, which trackers of vision send."""
 
 
@@ -66,8 +77,21 @@ class SeenRobot:
 
 
 @dataclass(frozen=True)
+class SeenBall:
+    """A ball in a packet, whose height is not looked at.
+
+    Args:
+        x, y: m. confidence: how sure the sender is of it, 0 to 1.
+    """
+
+    x: float
+    y: float
+    confidence: float = 1.0
+
+
+@dataclass(frozen=True)
 class Seen:
-    """The robots that were seen at one instant.
+    """The robots and balls that were seen at one instant.
 
     Args:
         captured, sent: when the picture was taken, and when the packet was sent, by the sender's clock, s.
@@ -78,10 +102,11 @@ class Seen:
     sent: float
     robots: Sequence[SeenRobot]
     camera: int = 0
+    balls: Sequence[SeenBall] = ()
 
 
 def read_vision(data: bytes) -> Seen | None:
-    """The robots in a packet of vision; None if it has the geometry of the field alone.
+    """The robots and balls in a packet of vision; None if it has the geometry of the field alone.
 
     Raises:
         MessageError: it is no such packet, or has numbers that cannot be.
@@ -93,8 +118,7 @@ def read_vision(data: bytes) -> Seen | None:
         SeenRobot(
             colour,
             _needed(one, "robot_id"),
-            _number(one, "x", 1000.0 * _FAR) / 1000.0,
-            _number(one, "y", 1000.0 * _FAR) / 1000.0,
+            *_place(one, 1000.0),
             _angle(one),
             _share(one, "confidence"),
         )
@@ -102,11 +126,12 @@ def read_vision(data: bytes) -> Seen | None:
         for one in frame[f"robots_{colour}"]
         if "robot_id" in one  # a robot whose pattern was not recognised has none
     ]
-    return Seen(_time(frame, "t_capture"), _time(frame, "t_sent"), robots, frame.get("camera_id", 0))
+    balls = tuple(SeenBall(*_place(one, 1000.0), _share(one, "confidence")) for one in frame["balls"])
+    return Seen(_time(frame, "t_capture"), _time(frame, "t_sent"), robots, frame.get("camera_id", 0), balls)
 
 
 def read_tracker(data: bytes) -> Seen:
-    """The robots in a packet of a tracker.
+    """The robots and balls in a packet of a tracker.
 
     Raises:
         MessageError: it is no such packet, or has numbers that cannot be.
@@ -119,10 +144,10 @@ def read_tracker(data: bytes) -> Seen:
         robot, at = one.get("robot_id", {}), one.get("pos", {})
         colour = _TEAMS.get(robot.get("team", 0))
         if colour is not None:
-            x, y = _number(at, "x", _FAR), _number(at, "y", _FAR)
-            robots.append(SeenRobot(colour, _needed(robot, "id"), x, y, _angle(one), _share(one, "visibility")))
+            robots.append(SeenRobot(colour, _needed(robot, "id"), *_place(at), _angle(one), _share(one, "visibility")))
+    balls = tuple(SeenBall(*_place(one.get("pos", {})), _share(one, "visibility")) for one in frame["balls"])
     time = _time(frame, "timestamp")
-    return Seen(time, time, robots)
+    return Seen(time, time, robots, balls=balls)
 
 
 def _needed(table: Mapping[str, Any], name: str) -> Any:
@@ -136,6 +161,11 @@ def _number(table: Mapping[str, Any], name: str, most: float) -> float:
     if not abs(value) <= most:
         raise MessageError(f"{name}: expected a number of at most {most:g}, got {value}")
     return value
+
+
+def _place(table: Mapping[str, Any], metre: float = 1.0) -> tuple[float, float]:
+    """The coordinates in m, of which each metre is so many units."""
+    return _number(table, "x", metre * _FAR) / metre, _number(table, "y", metre * _FAR) / metre
 
 
 def _time(table: Mapping[str, Any], name: str) -> float:
