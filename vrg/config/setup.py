@@ -142,7 +142,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     @property
     def roster(self) -> Roster:
         """The members of this match, for the keys of its seats and the router's rules."""
-        fed = tuple(player.name for player in self.players if player.localisation != ODOMETRY)
+        fed = (*(player.name for player in self.players if player.localisation != ODOMETRY), *self.tracked)
         teams = {player.name: player.team for player in self.players}
         linked = any(machine.router for machine in self.machines.values())
         return Roster(self.name, teams, fed=fed, hosts=tuple(self.hosts), linked=linked)

@@ -90,7 +90,8 @@ class Roster:
     Args:
         match: the name of the match, which is a part of every key.
         teams: the team of each player, by the player's name.
-        fed: the players of whose robots another program, and not the player's device, measures where they are.
+        fed: the players of whose robots another program, and not the player's device, measures where they are; and the
+            passive bodies of which one does.
         hosts: the names of the further machines. linked: True if it has further routers.
     """
 

@@ -12,6 +12,7 @@ from vrg.errors import ConfigError
 from vrg.hal.models import robot_model
 from vrg.launch.nodes.player import player_node
 from vrg.playing.in_process import Assembly, assemble
+from vrg.seats.seat import Seat, SeatKind
 from vrg.testing import matches
 from vrg.testing.sources import FakeFeed
 from vrg.types import STILL
@@ -90,6 +91,7 @@ def test_players_see_a_real_ball_and_that_it_is_lost(tmp_path: Path, monkeypatch
     monkeypatch.setattr(module, "PacketStream", FakeFeed)
     setup = matches.written(tmp_path, TEXT)
     assert (setup.rate, setup.trackers) == (1.0, ["vision", "fusion"])
+    assert Seat(SeatKind.TRACKER) in setup.roster.seats
     watcher = Watcher("ann")
     made = assemble(setup, NoJournal(), lambda name: player_node(setup, name, make=lambda: watcher), strict=True)
     vision = Vision(made)
