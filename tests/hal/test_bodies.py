@@ -16,12 +16,13 @@ from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.touch import Touch
-from vrg.hal.sim.bodies import GRAVITY, Bodies, Rigid
+from vrg.hal.sim.bodies import Bodies
 from vrg.hal.sim.config import BodySetup, check_setup
 from vrg.hal.sim.contact import rectangle
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.node import place
-from vrg.hal.sim.robot import EXTRAPOLATE
+from vrg.hal.sim.rigid import Rigid
+from vrg.hal.sim.robot import EXTRAPOLATE, GRAVITY
 from vrg.hal.sim.shapes import Box
 from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
 from vrg.hal.sim.world import World

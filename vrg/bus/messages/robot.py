@@ -21,7 +21,7 @@ class Drive(Message, frozen=True, kw_only=True):
     Args:
         twist: the motion.
         armed: False means that its motors must be off.
-        use: what its actuators do once, by their names.
+        use: what its actuators do, by their names; see `vrg.hal.actuators`.
     """
 
     version = 4

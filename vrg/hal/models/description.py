@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeVar
 
-from vrg.hal.actuators import Kicker
+from vrg.hal.actuators import Actuator
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.types import Twist, Vector
@@ -28,7 +28,7 @@ class RobotModel:
             fraction of the weight. drive_efficiency: mechanical power divided by electrical power.
         sensors: the specs of its sensors.
         source: where the figures come from.
-        actuators: what it has besides motors, such as a kicker.
+        actuators: what it has besides motors, such as a kicker or a gripper.
         colour: the colour of its body in the pictures of cameras: red, green and blue, 0 to 255.
     """
 
@@ -51,7 +51,7 @@ class RobotModel:
     colour: tuple[int, int, int] = (175, 30, 30)
     delay: float = 0.0
     slowing: float | None = None
-    actuators: tuple[Kicker, ...] = ()
+    actuators: tuple[Actuator, ...] = ()
 
     @property
     def size(self) -> Vector:
@@ -67,7 +67,7 @@ class RobotModel:
         """The spec of its first sensor of a kind, given by the spec's class, or None where it has none."""
         return next((spec for spec in self.sensors if isinstance(spec, kind)), None)
 
-    def actuator(self, name: str) -> Kicker | None:
+    def actuator(self, name: str) -> Actuator | None:
         """The actuator of this name, or None where it has none."""
         return next((actuator for actuator in self.actuators if actuator.name == name), None)
 

@@ -18,12 +18,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.geometry import wrap
-from vrg.hal.actuators import Kicker
+from vrg.hal.actuators import Gripper
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import BodySetup
-from vrg.hal.sim.contact import Contact, Form, Placed, contacts, form_of, moments, placed, rectangle
+from vrg.hal.sim.contact import Placed, contacts, form_of, rectangle
 from vrg.hal.sim.engines.engine import DRIVE, Engine, Push, bumper_bit
+from vrg.hal.sim.front import Grip, Pull, carry, dribble, graspable, relative
 from vrg.hal.sim.map import Map
+from vrg.hal.sim.rigid import Rigid, Touch, between, body_of, friction_radius, robot_of
 from vrg.hal.sim.robot import GRAVITY
 from vrg.portable.scalars import atan2, cos_sin, hypot, square
 from vrg.types import Pose, Twist, Vector
@@ -41,81 +43,10 @@ _MOST_OVERLAP = 1e-4
 """The overlap in m that may be left where something light is pressed; beyond it there is no room: robots go back."""
 _NEAR = 0.02
 """The distance in m below which bodies may be pushed into each other."""
-_BOUNCE = 0.2
-"""The approach speed in m/s up to which nothing bounces: more than a robot gains in a tick against what it pushes."""
+_SLIP = 5e-3
+"""The overlap in m with what does not give way from which on a held body slips out of the gripper."""
 _MOST_STEPS = 20
 """The number of steps at most into which a tick is divided, so that nothing small and fast passes through a robot."""
-
-
-class Rigid:
-    """One body, robot or wall, in the map's frame.
-
-    Attributes:
-        x, y, theta: its pose, m and rad. vx, vy, w: its velocity, m/s and rad/s.
-        inverse_mass, inverse_inertia: of its mass and moment of inertia, 1/kg and 1/(kg m^2); 0 if nothing moves it.
-    """
-
-    __slots__ = ("_at", "bounce", "form", "inverse_inertia", "inverse_mass", "theta", "vx", "vy", "w", "x", "y")
-
-    def __init__(self, form: Form, pose: Pose, inverse_mass: float, inverse_inertia: float, bounce: float) -> None:
-        self.form, self.inverse_mass, self.inverse_inertia, self.bounce = form, inverse_mass, inverse_inertia, bounce
-        self.put(pose.x, pose.y, pose.theta)
-        self.vx = self.vy = self.w = 0.0
-
-    def put(self, x: float, y: float, theta: float) -> None:
-        """Put it at a pose."""
-        self.x, self.y, self.theta = x, y, theta
-        self._at: Placed | None = None
-
-    @property
-    def at(self) -> Placed:
-        """Its form where it is."""
-        if self._at is None:
-            self._at = placed(self.form, self.x, self.y, self.theta)
-        return self._at
-
-    @property
-    def moves(self) -> bool:
-        """True if it is not at rest."""
-        return bool(self.vx or self.vy or self.w)
-
-
-class _Touch:
-    """A contact of two bodies while its impulse is found."""
-
-    __slots__ = ("a", "b", "impulse", "mass", "nx", "ny", "ra", "rb", "wanted")
-
-    def __init__(self, a: Rigid, b: Rigid, contact: Contact) -> None:
-        self.a, self.b, self.nx, self.ny, self.impulse = a, b, contact.nx, contact.ny, 0.0
-        self.ra = (contact.x - a.x) * self.ny - (contact.y - a.y) * self.nx
-        self.rb = (contact.x - b.x) * self.ny - (contact.y - b.y) * self.nx
-        turning = self.ra * self.ra * a.inverse_inertia + self.rb * self.rb * b.inverse_inertia
-        inverse = a.inverse_mass + b.inverse_mass + turning
-        self.mass = 1.0 / inverse if inverse else 0.0
-        speed = self.speed
-        self.wanted = -max(a.bounce, b.bounce) * speed if speed < -_BOUNCE else 0.0
-
-    @property
-    def speed(self) -> float:
-        """The speed at which the two part at the contact, m/s; negative if they approach."""
-        a, b = self.a, self.b
-        return (a.vx - b.vx) * self.nx + (a.vy - b.vy) * self.ny + a.w * self.ra - b.w * self.rb
-
-    def press(self) -> float:
-        """Change the velocities so that the two part at the wanted speed, and return the change of the impulse, N s.
-
-        The impulse of all changes together only ever presses, and never pulls.
-        """
-        a, b, before = self.a, self.b, self.impulse
-        self.impulse = max(0.0, before + (self.wanted - self.speed) * self.mass)
-        change = self.impulse - before
-        a.vx += change * a.inverse_mass * self.nx
-        a.vy += change * a.inverse_mass * self.ny
-        a.w += change * a.inverse_inertia * self.ra
-        b.vx -= change * b.inverse_mass * self.nx
-        b.vy -= change * b.inverse_mass * self.ny
-        b.w -= change * b.inverse_inertia * self.rb
-        return abs(change)
 
 
 class Bodies:
@@ -126,30 +57,34 @@ class Bodies:
 
     Attributes:
         names: the names of the bodies. touched: the bodies that a robot has touched in the last tick, each with the
-            point, m, by the row of the robot.
+            point, m, by the row of the robot. grips: which robot holds which, by the number of the body.
     """
 
     def __init__(self, map_: Map, setups: Sequence[BodySetup], engine: Engine | None = None) -> None:
         self.names = [setup.name for setup in setups]
         self._setups = list(setups)
-        self._bodies = [_body(setup) for setup in setups]
+        self._bodies = [body_of(setup) for setup in setups]
         self._slowing = [setup.friction * GRAVITY for setup in setups]
-        self._radii = [_friction_radius(setup) for setup in setups]
+        self._radii = [friction_radius(setup) for setup in setups]
         self._walls = [
             *(Rigid(rectangle(b.length, b.width), Pose(b.x, b.y, b.heading), 0.0, 0.0, 0.0) for b in map_.boxes),
             *(Rigid(form_of(c.radius, ()), Pose(c.x, c.y, 0.0), 0.0, 0.0, 0.0) for c in map_.circles),
         ]
         robots = () if engine is None else zip(engine.models, engine.masses, engine.kinematic.tolist(), strict=True)
-        self._robots = [_robot(model, 0.0 if carried else 1.0 / mass) for model, mass, carried in robots]
-        self._reaches: Floats = np.array([robot.form.radius + 0.1 for robot in self._robots])
+        self._robots = [robot_of(model, 0.0 if carried else 1.0 / mass) for model, mass, carried in robots]
+        longest = [max(a.reach for a in m.actuators) if m.actuators else 0.0 for m in engine.models] if engine else []
+        radii = [robot.form.radius for robot in self._robots]
+        self._reaches: Floats = np.array([r + max(0.1, far) for r, far in zip(radii, longest, strict=True)])
         self._forces = [] if engine is None else [DRIVE * m.brake * m.mass for m in engine.models]
         """The force with which each robot can push, N."""
         self._places: Floats = np.array([(wall.x, wall.y, wall.form.radius) for wall in self._walls]).reshape(-1, 3)
-        self._carried = {number: (0.0, 0.0, 0.0) for number, setup in enumerate(setups) if setup.tracked}
-        """The velocities of the tracked bodies, as `Rigid` has them."""
         self.touched: dict[int, tuple[float, float]] = {}
         self._put: set[int] = set()
         """The bodies that were put somewhere since the last step: something may stand there."""
+        self.grips: dict[int, Grip] = {}
+        """The bodies that robots hold, by their numbers."""
+        self._rolling: set[int] = set()
+        """The balls that a dribbler turns just now, so that the floor does not slow them."""
 
     def __iter__(self) -> Iterator[tuple[str, Rigid]]:
         """Each body by name."""
@@ -160,46 +95,57 @@ class Bodies:
         return [(body.at, setup.height) for body, setup in zip(self._bodies, self._setups, strict=True)]
 
     def place(self, name: str, pose: Pose) -> None:
-        """Put a body somewhere else, at rest."""
+        """Put a body somewhere else, at rest. What holds it lets go of it."""
         number = self.names.index(name)
+        self.let_go(number)
         body = self._bodies[number]
         self._put.add(number)
         body.put(pose.x, pose.y, wrap(pose.theta))
         body.vx = body.vy = body.w = 0.0
 
-    def carry(self, name: str, pose: Pose, twist: Twist) -> None:
+    def track(self, name: str, pose: Pose, twist: Twist) -> None:
         """Take a tracked body to where it was seen, with its velocity in its own frame."""
-        number, (cos, sin) = self.names.index(name), cos_sin(pose.theta)
         self.place(name, pose)
-        velocity = twist.v * cos - twist.side * sin, twist.v * sin + twist.side * cos, twist.w
-        body = self._bodies[number]
-        self._carried[number] = body.vx, body.vy, body.w = velocity
+        body, (cos, sin) = self._bodies[self.names.index(name)], cos_sin(pose.theta)
+        body.seen = twist.v * cos - twist.side * sin, twist.v * sin + twist.side * cos, twist.w
+        body.vx, body.vy, body.w = body.seen
 
-    def kick(self, pose: Pose, twist: Twist, model: RobotModel, kicker: Kicker, speed: float) -> bool:
-        """Kick the discs in front of a robot straight ahead, and return whether there was one.
+    def grip(self, row: int, pose: Pose, model: RobotModel, gripper: Gripper, closed: bool) -> None:
+        """Close a robot's gripper around the nearest body, unless it holds one, or open it."""
+        held = next((n for n, grip in self.grips.items() if (grip.row, grip.gripper) == (row, gripper.name)), None)
+        if held is not None and not closed:
+            self.let_go(held)
+        elif held is None and closed:
+            found = graspable(self._bodies, pose, model, gripper)
+            if found is not None:
+                body = self._bodies[found]
+                at = Pose(*relative(body, pose), wrap(body.theta - pose.theta))
+                self.hold(found, Grip(row, gripper.name, at))
 
-        Args:
-            pose, twist: those of the robot. speed: that of the kick relative to the robot, m/s.
-        """
-        cos, sin = cos_sin(pose.theta)
-        kicked = False
-        discs = [b for n, b in enumerate(self._bodies) if not b.form.corners and n not in self._carried]
-        for body in discs:
-            dx, dy, radius = body.x - pose.x, body.y - pose.y, body.form.radius
-            ahead, aside = dx * cos + dy * sin - model.length / 2 - radius, dy * cos - dx * sin
-            v, side = body.vx * cos + body.vy * sin, body.vy * cos - body.vx * sin
-            if -radius < ahead <= kicker.reach and abs(aside) <= kicker.width / 2 and v < twist.v + speed:
-                v = twist.v + speed
-                body.vx, body.vy = v * cos - side * sin, v * sin + side * cos
-                kicked = True
-        return kicked
+    def hold(self, number: int, grip: Grip) -> None:
+        """Let a robot hold a body."""
+        self.grips[number], self._bodies[number].carrier = grip, self._robots[grip.row]
+        self._put.add(number)
 
-    def step(self, dt: float, before: Floats, after: Floats, velocities: Floats) -> list[Push]:
+    def let_go(self, number: int) -> None:
+        """Let a body go on by itself, with the velocity that it has. Nothing changes for one that is not held."""
+        if self.grips.pop(number, None):
+            self._bodies[number].carrier = None
+
+    def open(self, row: int) -> None:
+        """Let a robot let go of all that it holds."""
+        for number in [number for number, grip in self.grips.items() if grip.row == row]:
+            self.let_go(number)
+
+    def step(
+        self, dt: float, before: Floats, after: Floats, velocities: Floats, pulls: Sequence[Pull] = ()
+    ) -> list[Push]:
         """Move the bodies for dt seconds, in which the robots have moved.
 
         Args:
             before, after: the poses of the robots, shape (robots, 3), m and rad.
             velocities: theirs, shape (robots, 3): v in m/s, w in rad/s, and the speed to the left in m/s.
+            pulls: what their dribblers do.
 
         Returns:
             what the bodies have done to robots.
@@ -209,9 +155,10 @@ class Bodies:
         # What a standing robot touches is not pushed into it by what is found before.
         near.sort(key=lambda pair: not driving[pair[1]])
         moving = {number for number, body in enumerate(self._bodies) if body.moves}
-        awake = sorted(moving | self._put | {number for number, row in near if driving[row]})
+        pulling = {pull.row for pull in pulls}
+        awake = sorted(moving | self._put | {number for number, row in near if driving[row] or row in pulling})
         self._put.clear()
-        rows = sorted({row for _, row in near})
+        rows = sorted({row for _, row in near} | {grip.row for grip in self.grips.values()})
         # Where nothing moves, a robot goes on touching what it touches.
         changed = {row for number, row in near if number in awake}
         self.touched = {r: at for r, at in self.touched.items() if not driving[r] and r not in changed}
@@ -224,26 +171,41 @@ class Bodies:
             v, w, side = velocities[row].tolist()
             robot = self._robots[row]
             robot.vx, robot.vy, robot.w = speeds[row] = v * cos - side * sin, v * sin + side * cos, w
+        for pull in pulls:
+            self._robots[pull.row].put(*starts[pull.row])
+        self._rolling = {
+            number
+            for pull in pulls
+            for number, row in near
+            if row == pull.row
+            and dribble(self._bodies[number], pull, self._robots[row], Pose(*starts[row]), Pose(*ends[row]), dt)
+        }
         count = self._steps(dt, awake, speeds)
         for step in range(1, count + 1):
             for row in rows:
-                self._robots[row].put(*_between(starts[row], ends[row], step / count))
+                self._robots[row].put(*between(starts[row], ends[row], step / count))
             self._advance(dt / count, awake, near)
         pushes = []
         for row in rows:
             robot = self._robots[row]
             vx, vy, w = speeds[row]
             dx = dy = 0.0
-            against = [n for n, other in near if other == row]
-            if robot.inverse_mass and (driving[row] or not self._carried.keys().isdisjoint(against)):
+            against = self._ahead_of(row, near)
+            if robot.inverse_mass and (driving[row] or any(body.seen is not None for body, _ in against)):
                 x, y, _ = starts[row]
                 dx, dy = self._back(robot, (robot.x - x, robot.y - y), against)
             push = Push(row, robot.vx - vx, robot.vy - vy, robot.w - w, dx, dy)
             if any(push[1:]):
                 pushes.append(push)
-        for number, velocity in self._carried.items():  # whatever has pushed it
+        for body in self._bodies:
+            if body.seen is not None:  # whatever has pushed it
+                body.vx, body.vy, body.w = body.seen
+        for number, grip in list(self.grips.items()):
+            carry(self._bodies[number], self._robots[grip.row], grip.at)
             body = self._bodies[number]
-            body.vx, body.vy, body.w = velocity
+            touching = [contact for other in self._others(number, near) for contact in contacts(other.at, body.at)]
+            if any(contact.depth > _SLIP for contact in touching):
+                self.let_go(number)
         return pushes
 
     def pressed(self, touch: Sequence[int], models: Sequence[RobotModel], poses: Floats) -> Sequence[int]:
@@ -286,19 +248,21 @@ class Bodies:
                 dx, dy = body.x - second.x, body.y - second.y
                 if other == number or (other in first and other < number) or dx * dx + dy * dy > reach * reach:
                     continue
+                if body.carrier is second.carrier is not None:
+                    continue
                 others.append((body, second, -1))
                 if other not in awake:
                     awake.append(other)
         for number in awake:
             body = self._bodies[number]
             others += [(body, wall, -1) for wall in self._walls_at(body)]
-        pairs = [(self._against(n, row), self._robots[row], row) for n, row in near if n in awake]
+        pairs = [(self._against(n, row), self._robots[row], row) for n, row in self._apart(near) if n in awake]
         self._collide([*pairs, *others])
 
     def _against(self, number: int, row: int) -> Rigid:
         """The body as a robot meets it: one at rest of more friction than the robot can push is as if nailed down."""
         body = self._bodies[number]
-        if body.moves or self._slowing[number] <= self._forces[row] * body.inverse_mass:
+        if body.carrier or body.moves or self._slowing[number] <= self._forces[row] * body.inverse_mass:
             return body
         return Rigid(body.form, Pose(body.x, body.y, body.theta), 0.0, 0.0, body.bounce)
 
@@ -311,12 +275,15 @@ class Bodies:
 
     def _slide(self, number: int, dt: float) -> None:
         """Let the floor slow a body, and move it: a steady deceleration, up to where it stops."""
-        body, radius = self._bodies[number], self._radii[number]
+        body, radius, grip = self._bodies[number], self._radii[number], self.grips.get(number)
+        if grip is not None:
+            carry(body, self._robots[grip.row], grip.at)
+            return
         sliding = hypot(body.vx, body.vy)
         speed = hypot(sliding, body.w * radius)
-        if not speed or number in self._carried:
+        if not speed or body.seen is not None:
             return
-        slowing = self._slowing[number]
+        slowing = 0.0 if number in self._rolling else self._slowing[number]
         time = dt if slowing * dt < speed else speed / slowing
         left = max(0.0, 1.0 - slowing * time / speed) if time == dt else 0.0
         mean = (1.0 + left) / 2 * time
@@ -331,24 +298,22 @@ class Bodies:
         touching = [contacts(a.at, b.at) for a, b, _ in pairs]
         touches = []
         for (a, b, row), found in zip(pairs, touching, strict=True):
-            touches += [_Touch(a, b, contact) for contact in found]
+            touches += [Touch(a, b, contact) for contact in found]
             if found and row >= 0:  # a side touches at both ends, so the middle counts
                 self.touched[row] = (found[0].x + found[-1].x) / 2, (found[0].y + found[-1].y) / 2
         for _ in range(_ROUNDS if touches else 0):
             if max([touch.press() for touch in touches]) < _SETTLED:
                 break
-        fixed = {id(self._bodies[number]) for number in self._carried}
-        free, moved = {id(body) for body in self._bodies} - fixed, set[int]()
+        free, moved = {id(body) for body in self._bodies if body.free}, set[int]()
         for _ in range(_ROUNDS):
             before, moved = moved, set[int]()
             for number, (a, b, _) in enumerate(pairs):
                 if not {id(a), id(b)}.isdisjoint(before | moved):
                     touching[number] = contacts(a.at, b.at)
                 deepest = max(touching[number], key=lambda contact: contact.depth, default=None)
-                if deepest is None or deepest.depth <= _SLACK or (id(a) in fixed and id(b) not in free):
+                share = _share(a, b, free)
+                if deepest is None or deepest.depth <= _SLACK or share is None:
                     continue
-                share = a.inverse_mass / (a.inverse_mass + b.inverse_mass) if id(b) in free else 1.0
-                share = 0.0 if id(a) in fixed else share
                 for body, part in ((a, share), (b, share - 1.0)):
                     if part:
                         way = part * (deepest.depth + _SLACK)
@@ -357,54 +322,55 @@ class Bodies:
             if not moved:
                 return
 
-    def _back(self, robot: Rigid, way: Vector, near: Sequence[int]) -> Vector:
+    def _back(self, robot: Rigid, way: Vector, near: Sequence[tuple[Rigid, Rigid]]) -> Vector:
         """Put a robot back out of bodies that could not give way, as they lie against a wall; how far, m.
 
         It goes back at most as far as it has come, so that nothing presses it into what is behind it. A tracked body
         takes it along at the speed that both would have after a plastic impact: a ball cannot throw a robot.
 
         Args:
-            way: that of the robot in this tick, m. near: the bodies near it.
+            way: that of the robot in this tick, m. near: each body near it, with the robot or what of it is there.
         """
         x, y = robot.x, robot.y
-        for number in near:
-            body = self._bodies[number]
-            deepest = max(contacts(body.at, robot.at), key=lambda contact: contact.depth, default=None)
+        for body, part in near:
+            deepest = max(contacts(body.at, part.at), key=lambda contact: contact.depth, default=None)
             if deepest is None or deepest.depth <= _MOST_OVERLAP:
                 continue
-            vx, vy, _ = self._carried.get(number, (0.0, 0.0, 0.0))
+            vx, vy, _ = body.seen or (0.0, 0.0, 0.0)
             share = robot.inverse_mass / (robot.inverse_mass + body.inverse_mass)
             pressed = share * (vx * deepest.nx + vy * deepest.ny)
             back = min(deepest.depth + _SLACK, max(0.0, way[0] * deepest.nx + way[1] * deepest.ny))
-            robot.put(robot.x - back * deepest.nx, robot.y - back * deepest.ny, robot.theta)
+            for moved in {robot, *(part for _, part in near)}:
+                moved.put(moved.x - back * deepest.nx, moved.y - back * deepest.ny, moved.theta)
             for rigid in (robot, body):  # both stand, as far as they press on each other
                 along = rigid.vx * deepest.nx + rigid.vy * deepest.ny - pressed
                 rigid.vx, rigid.vy = rigid.vx - along * deepest.nx, rigid.vy - along * deepest.ny
         return robot.x - x, robot.y - y
 
+    def _apart(self, near: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+        """The pairs of a body and a robot, without those of which the robot holds the body."""
+        return [(n, row) for n, row in near if self._bodies[n].carrier is not self._robots[row]]
 
-def _body(setup: BodySetup) -> Rigid:
-    _, _, gyration = moments(setup.corners) if setup.corners else (0.0, (0.0, 0.0), square(setup.radius) / 2)
-    form = form_of(setup.radius, setup.corners)
-    return Rigid(form, setup.pose, 1.0 / setup.mass, 1.0 / (setup.mass * gyration), setup.restitution)
+    def _ahead_of(self, row: int, near: Sequence[tuple[int, int]]) -> list[tuple[Rigid, Rigid]]:
+        """What may be in the way of a robot or of what it holds, each with the one or the other."""
+        found = [(self._bodies[n], self._robots[row]) for n, other in self._apart(near) if other == row]
+        held = [n for n, grip in self.grips.items() if grip.row == row]
+        return [*found, *((other, self._bodies[n]) for n in held for other in self._others(n, near))]
+
+    def _others(self, number: int, near: Sequence[tuple[int, int]]) -> list[Rigid]:
+        """What may be in the way of a held body: walls, robots, and bodies that its robot does not hold."""
+        held = self._bodies[number]
+        robots = [self._robots[row] for n, row in self._apart(near) if n == number]
+        bodies = [body for body in self._bodies if body is not held and body.carrier is not held.carrier]
+        return [*self._walls_at(held), *robots, *bodies]
 
 
-def _friction_radius(setup: BodySetup) -> float:
-    """The radius at which all friction would brake a turn as that of the whole ground does, m; 0 for a disc that rolls.
+def _share(a: Rigid, b: Rigid, free: set[int]) -> float | None:
+    """The share of an overlap by which the first of two gives way; None if neither does.
 
-    That of an outline is taken to be that of a disc of the same area: 2 / 3 of its radius.
+    Args:
+        free: the bodies that give way, by their `id`.
     """
-    return 2 / 3 * math.sqrt(moments(setup.corners)[0] / math.pi) if setup.corners else 0.0
-
-
-def _robot(model: RobotModel, inverse_mass: float) -> Rigid:
-    gyration = (square(model.length) + square(model.width)) / 12
-    return Rigid(rectangle(model.length, model.width), Pose(0.0, 0.0, 0.0), inverse_mass, inverse_mass / gyration, 0.0)
-
-
-def _between(start: Sequence[float], end: Sequence[float], fraction: float) -> tuple[float, float, float]:
-    """The pose between two; it is the second one itself at the end of the way."""
-    if fraction == 1.0:
-        return end[0], end[1], end[2]
-    x, y, theta = start
-    return x + (end[0] - x) * fraction, y + (end[1] - y) * fraction, theta + wrap(end[2] - theta) * fraction
+    if not a.free:
+        return 0.0 if id(b) in free else None
+    return a.inverse_mass / (a.inverse_mass + b.inverse_mass) if id(b) in free else 1.0

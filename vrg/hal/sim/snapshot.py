@@ -9,7 +9,7 @@ from vrg.errors import FileError, WorldError
 from vrg.files import decoded
 from vrg.types import Count, Name, Pose
 
-_VERSION = 6
+_VERSION = 7
 
 
 class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -30,6 +30,18 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     locked: bool
 
 
+class Held(Struct, frozen=True, forbid_unknown_fields=True):
+    """A body that a robot holds.
+
+    Args:
+        robot, gripper: what holds it. at: the pose of the body in the robot's frame.
+    """
+
+    robot: Name
+    gripper: str
+    at: Pose
+
+
 class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The snapshot of a world at a tick.
 
@@ -38,6 +50,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         refereed: True if a referee had been heard. Nothing then moves until it is heard again.
         robots: the virtual robots by name. physical: the poses where the world showed the physical ones, by name.
         bodies: the poses of the passive bodies, by name. They are at rest then.
+        held: those that robots hold, by the names of the bodies.
     """
 
     setup: str
@@ -48,6 +61,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     robots: dict[Name, RobotSnapshot]
     physical: dict[Name, Pose]
     bodies: dict[Name, Pose]
+    held: dict[Name, Held]
     version: int = _VERSION
 
 

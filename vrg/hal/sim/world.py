@@ -20,11 +20,13 @@ from vrg.hal.sim.bodies import Bodies
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Start
+from vrg.hal.sim.front import Grip
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.robot import Batteries, Ghost, VirtualRobot
 from vrg.hal.sim.sensors.base import Instant, Measured, Surroundings
 from vrg.hal.sim.sensors.suite import Frame, SensorSuite
-from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
+from vrg.hal.sim.snapshot import Held, RobotSnapshot, WorldSnapshot
+from vrg.hal.sim.uses import Uses
 from vrg.types import Pose, Twist
 
 _BATTERY_TICKS = 10
@@ -82,8 +84,6 @@ class World:
         self._virtual = {robot.name: robot for robot in self._robots if isinstance(robot, VirtualRobot)}
         self._pictures = {setup.name: math.inf for setup in config.robots if setup.camera}
         """The match time until which pictures of a robot's camera are requested, s."""
-        self._uses: list[tuple[VirtualRobot, Mapping[str, float]]] = []
-        """What robots do with actuators at the next tick."""
         self._settled_until = -math.inf
         """The match time up to which every robot goes on as it was last decided, s, if the world hears nothing new."""
         self._decided = True
@@ -98,6 +98,10 @@ class World:
         if snapshot is not None:
             for body, pose in snapshot.bodies.items():
                 self.bodies.place(body, pose)
+            for body, held in snapshot.held.items():
+                grip = Grip(engine.row(held.robot), held.gripper, held.at)
+                self.bodies.hold(self.bodies.names.index(body), grip)
+        self._uses = Uses(self.bodies)
         surroundings = Surroundings(self.map, config.seed, config.noise)
         self._sensors = SensorSuite(surroundings, engine.names, engine.kinematic.tolist(), self._instant())
         for name, robot in self._virtual.items():
@@ -163,8 +167,8 @@ class World:
         """Take in a drive command. One for a robot that is not in the world is ignored."""
         if name in self._virtual:
             self._virtual[name].drive(self.time, twist, armed=armed, estop=self.estop)
-            if use and twist.is_finite:
-                self._uses.append((self._virtual[name], use))
+            if twist.is_finite:
+                self._uses.hear(self._virtual[name], use)
             self._settled_until = -math.inf
 
     def measure(self, name: str, measured: MeasuredPose, stamp: float) -> None:
@@ -211,6 +215,8 @@ class World:
     def place(self, name: str, pose: Pose) -> None:
         """Put a virtual robot or a passive body somewhere else, at rest, where there must be room for it.
 
+        What holds or is held lets go.
+
         Raises:
             WorldError: there is none of that name, or it is physical.
         """
@@ -218,6 +224,7 @@ class World:
             self.bodies.place(name, pose)
             return
         row = self.robot(name).row
+        self.bodies.open(row)
         self._engine.place(name, pose)
         self._sensors.placed(name)
         self._batteries.place(row)
@@ -231,28 +238,16 @@ class World:
         for name, ghost in self._ghosts.items():
             engine.move(name, *ghost.at(now))
         for name, seen in self.tracked.items():
-            self.bodies.carry(name, *seen.at(now))
+            self.bodies.track(name, *seen.at(now))
         before = engine.poses.copy() if self.bodies.names else engine.poses
         engine.step(self.config.tick)
         if self.bodies.names:
-            for robot, use in self._uses:
-                if robot.command is not None and self._permission.may_use(robot.name, now):
-                    self._kick(robot, use)
-            for push in self.bodies.step(self.config.tick, before, engine.poses, engine.velocities):
+            pulls = self._uses.act(now, self._permission, engine.poses, engine.velocities)
+            for push in self.bodies.step(self.config.tick, before, engine.poses, engine.velocities, pulls):
                 engine.push(push)
-        self._uses.clear()
         if self.tick % _BATTERY_TICKS == 0:
             self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities)
             self._find_empty()
-
-    def _kick(self, robot: VirtualRobot, use: Mapping[str, float]) -> None:
-        place, velocity = self._engine.poses[robot.row], self._engine.velocities[robot.row]
-        for name, value in use.items():
-            kicker = robot.model.actuator(name)
-            if kicker is not None and value > 0.0 and self.time >= robot.ready.get(name, 0.0):
-                speed = min(value, kicker.most)
-                if self.bodies.kick(Pose(*place.tolist()), Twist(*velocity.tolist()), robot.model, kicker, speed):
-                    robot.ready[name] = self.time + kicker.pause
 
     def _decide(self, now: float) -> None:
         """Decide what each virtual robot does at match time `now`, s."""
@@ -328,6 +323,10 @@ class World:
             robots=robots,
             physical={name: self.pose(name) for name in self._ghosts},
             bodies={name: Pose(body.x, body.y, body.theta) for name, body in self.bodies},
+            held={
+                self.bodies.names[number]: Held(self._engine.names[grip.row], grip.gripper, grip.at)
+                for number, grip in self.bodies.grips.items()
+            },
         )
 
     def close(self) -> None:
