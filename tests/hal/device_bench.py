@@ -51,9 +51,12 @@ class Bench:
         self.mailbox.handover(self.time)
         self.device.hear()
 
-    def referee(self, *, may_move: bool = True, stamp: float | None = None, **state: object) -> None:
+    def referee(
+        self, *, may_move: bool = True, lease: Twist | None = None, stamp: float | None = None, **state: object
+    ) -> None:
         """The referee speaks, and is heard."""
-        self.say(KEYS.referee_state, referee_state([status(may_move=may_move)], **state), stamp)  # type: ignore[arg-type]
+        players = [status(may_move=may_move, lease=lease)]
+        self.say(KEYS.referee_state, referee_state(players, **state), stamp)  # type: ignore[arg-type]
         self.tick()
 
     def armed(self) -> "Bench":

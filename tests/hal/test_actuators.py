@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.hal.engine_bench import DT, ENGINE_NAMES
 from tests.hal.test_bodies import BALL, BOX, OPEN
-from tests.hal.world_bench import config
+from tests.hal.world_bench import SimBench, config
 from vrg.agents.messages import usable
 from vrg.bus.messages import PlayerStatus, RefereeState, Stage
 from vrg.hal.actuators import Dribbler, Gripper, Kicker
@@ -26,6 +26,7 @@ from vrg.hal.sim.rigid import Rigid
 from vrg.hal.sim.shapes import Box
 from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
 from vrg.hal.sim.world import World
+from vrg.testing.driver import DriverContract
 from vrg.types import STILL, Pose, Twist
 
 P2AT = robot_model("P2AT")
@@ -321,6 +322,17 @@ def test_what_a_player_wants_of_them_stays_within_what_they_can() -> None:
     }  # fmt: skip
     with pytest.raises(ValueError, match=r"expected an actuator of handy \(gripper, dribbler, kicker\), got 'horn'"):
         usable({"horn": 1.0}, model)
+
+
+class TestADriverWithActuators(DriverContract):
+    """The suite of every driver, with a robot that has some."""
+
+    @pytest.fixture
+    def bench(self, _handy: None) -> Iterator[SimBench]:
+        made = SimBench("planar", model="handy")
+        assert made.driver.uses == {"gripper", "dribbler", "kicker"}
+        yield made
+        made.close()
 
 
 def test_nobody_takes_what_another_one_holds() -> None:

@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from threading import Event
 
 import pytest
@@ -12,6 +13,7 @@ from tests.hal.device_bench import KEYS, Bench
 from tests.hal.fake_driver import MODEL, FakeDriver, PhysicalFake
 from vrg.bus import messages as m
 from vrg.errors import RobotError, StaleDataError
+from vrg.hal.actuators import Dribbler, Gripper, Kicker
 from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.gps import Gps
@@ -42,6 +44,46 @@ def engaged(bench: Bench) -> Bench:
 
 def test_a_robot_is_reached_when_the_device_is_started_and_begins_disarmed() -> None:
     assert Bench(FakeDriver()).driver.told == ["connect", "disarm"]
+
+
+class Handy(FakeDriver):
+    """Drives a kicker and a gripper, but not its dribbler."""
+
+    uses = frozenset({"kicker", "gripper"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        kinds = (Kicker(most=4.0, width=0.1), Gripper(width=0.1), Dribbler(width=0.1, pull=2.0))
+        self.features = replace(MODEL, actuators=kinds)
+
+    def use(self, name: str, value: float) -> None:
+        self.told.append(f"{name} {value}")
+
+
+class TestActuators:
+    def test_they_are_used_before_the_motion(self) -> None:
+        bench = Bench(Handy()).armed()
+        bench.device.drive(AHEAD, {"kicker": 4.0, "gripper": 0.0})
+        assert bench.driver.told == ["kicker 4.0", "gripper 0.0", "drive 0.50 0.00"]
+
+    @pytest.mark.parametrize("held", [{"halted": "rain"}, {"may_move": False}, {"lease": Twist(0.1, 0.0)}])
+    def test_a_robot_that_is_held_or_leased_uses_none(self, held: dict[str, object]) -> None:
+        bench = Bench(Handy()).armed()
+        bench.referee(**held)  # type: ignore[arg-type]
+        bench.device.drive(AHEAD, {"kicker": 4.0, "gripper": 0.0})
+        assert not [told for told in bench.driver.told if "kicker" in told or "gripper" in told]
+
+    def test_what_nothing_drives_is_told_once_at_the_start_and_harms_nothing(
+        self, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        bench = Bench(Handy()).armed()
+        (said,) = [record.message for record in caplog.records]
+        assert said.startswith("a: nothing drives its dribbler, so that using it does nothing: wire it to an output")
+        for _ in range(3):
+            assert bench.device.drive(AHEAD, {"dribbler": 1.0}) == AHEAD
+        assert len(caplog.records) == 1
+        with pytest.raises(RobotError, match="expected an actuator that its backend drives, got 'horn'"):
+            FakeDriver().use("horn", 1.0)
 
 
 class TestGateAndLimit:

@@ -45,10 +45,10 @@ def config(
 class SimBench(DriverBench):
     """One robot of the sim backend in a world of its own; `period` is the player's."""
 
-    def __init__(self, engine: str, period: float = 0.05) -> None:
-        self.node = WorldNode(config(("r", 0.0, 0.0, 0.3), engine=engine, seed=7), Mailbox(), KEYS)
+    def __init__(self, engine: str, period: float = 0.05, model: str = "P2AT") -> None:
+        self.node = WorldNode(config(("r", 0.0, 0.0, 0.3), engine=engine, seed=7, model=model), Mailbox(), KEYS)
         mailbox = Mailbox()
-        context = MatchContext(name="r", model=robot_model("P2AT"), keys=KEYS, mailbox=mailbox, now=lambda: mailbox.now)
+        context = MatchContext(name="r", model=robot_model(model), keys=KEYS, mailbox=mailbox, now=lambda: mailbox.now)
         self.driver = open_driver("sim", context)
         self.player = Silent("r", mailbox, period)
         self._lockstep = Lockstep(self.node, [self.player])

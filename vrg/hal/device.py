@@ -105,6 +105,12 @@ class Device:
         """
         self._driver.connect()
         self._driver.disarm()
+        if idle := [a.name for a in self.features.actuators if a.name not in self._driver.uses]:
+            log.warning(
+                "%s: nothing drives its %s, so that using it does nothing: wire it to an output of a drive "
+                "(docs/hardware.md), or write `Driver.use` of its backend",
+                self.name, " and ".join(idle),
+            )  # fmt: skip
 
     def hear(self) -> None:
         """Take in the messages of the match since the last call. It must be called at the start of each tick."""
@@ -240,7 +246,8 @@ class Device:
                 raise RobotError(f"expected a finite motion, got {twist}", self.name)
             sent = self._permission.motion(self.name, self.features, twist, self._mailbox.now) or STILL
             for name, value in use.items() if self._permission.may_use(self.name, self._mailbox.now) else ():
-                self._driver.use(name, value)
+                if name in self._driver.uses:
+                    self._driver.use(name, value)
             if sent == STILL:
                 self._driver.stop()
             else:

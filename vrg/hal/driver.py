@@ -54,12 +54,14 @@ class Driver(ABC):
     Attributes:
         physical: True if the robot is a physical one, which a person must carry to its place.
         settings: the class that checks the backend's own table in a match file; None where the backend has no table.
+        uses: the names of the actuators that the driver drives. The others of the model do nothing.
         measures: the kinds of sensors that the driver reads itself. The world simulates those other sensors of the
             model that it can simulate from the robot's pose.
     """
 
     physical: ClassVar[bool] = True
     settings: "ClassVar[type[BackendSettings] | None]" = None
+    uses: frozenset[str] = frozenset()
     measures: frozenset[str] = frozenset()
 
     def __init__(self, name: str, model: RobotModel) -> None:
@@ -94,13 +96,15 @@ class Driver(ABC):
         """
 
     def use(self, name: str, value: float) -> None:
-        """Use an actuator of the robot once, such as a kicker. The next motion is commanded just after it.
+        """Use an actuator of the robot, such as a kicker. The next motion is commanded just after it.
+
+        A kicker kicks once, a gripper stays as it is, and a dribbler turns for COMMAND_TIMEOUT at most.
 
         Args:
-            name: one of `features.actuators`. value: within what that can do.
+            name: one of `uses`. value: within what that can do; see `vrg.hal.actuators`.
 
         Raises:
-            RobotError: this driver has none of that name.
+            RobotError: this driver has none of that name, or, as for `drive`, it cannot be commanded now.
         """
         raise RobotError(f"expected an actuator that its backend drives, got {name!r}", self.name)
 

@@ -106,6 +106,18 @@ class DriverContract:
         bench.run(Twist(0.0, 0.5), 1.0)
         assert bench.odometry.twist.w == pytest.approx(0.5, rel=0.25)
 
+    def test_it_uses_the_actuators_that_it_names_and_no_others(self, bench: DriverBench) -> None:
+        driver = bench.driver
+        assert driver.uses <= {actuator.name for actuator in driver.features.actuators}
+        armed(bench)
+        for value in (1.0, 0.0):
+            for name in sorted(driver.uses):
+                driver.use(name, value)
+            bench.run(FORWARD, 0.3)
+        with pytest.raises(RobotError):
+            driver.use("no such actuator", 1.0)
+        assert driver.read().armed
+
     def test_arming_one_that_is_armed_changes_nothing(self, bench: DriverBench) -> None:
         armed(bench)
         bench.run(FORWARD, 1.0)

@@ -38,6 +38,7 @@ class SimDriver(Driver):
         self._states = mailbox.subscribe(keys.robot_state(context.name), sampled=True)
         self._sensors = SensorInlets(keys, mailbox, context.name, context.model.sensors)
         self._use: dict[str, float] = {}
+        self.uses = frozenset(actuator.name for actuator in context.model.actuators)
         self._connected = False
         self._armed = False
         self._agreed = 0.0
@@ -74,7 +75,13 @@ class SimDriver(Driver):
         self._send(twist)
 
     def use(self, name: str, value: float) -> None:
-        """Use an actuator of the robot once, with the next command."""
+        """Use an actuator of the robot with the next command.
+
+        Raises:
+            RobotError: its model has none of that name.
+        """
+        if name not in self.uses:
+            super().use(name, value)
         self._use[name] = value
 
     def read(self) -> Readings:

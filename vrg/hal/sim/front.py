@@ -12,12 +12,15 @@ from vrg.hal.sim.rigid import Rigid
 from vrg.portable.scalars import cos_sin, hypot
 from vrg.types import Pose, Twist, Vector
 
+_EPS = 1e-9
+
 
 class Grip(NamedTuple):
     """A body that a robot holds.
 
     Args:
-        row: that of the robot. gripper: the name of its gripper. at: the pose of the body in the robot's frame.
+        row: that of the robot in the engine. gripper: the name of its gripper.
+        at: the pose of the body in the frame of the robot.
     """
 
     row: int
@@ -74,7 +77,7 @@ def graspable(bodies: Sequence[Rigid], pose: Pose, model: RobotModel, gripper: G
     there = [
         (hypot(body.x - x, body.y - y), number)
         for number, body in enumerate(bodies)
-        if body.free and body.inverse_mass * gripper.load >= 1.0 and contacts(body.at, jaws)
+        if body.free and body.inverse_mass * gripper.load > 1.0 - _EPS and contacts(body.at, jaws)
     ]
     return min(there)[1] if there else None
 

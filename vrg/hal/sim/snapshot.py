@@ -7,6 +7,7 @@ from msgspec import Struct
 
 from vrg.errors import FileError, WorldError
 from vrg.files import decoded
+from vrg.hal.sim.front import Grip
 from vrg.types import Count, Name, Pose
 
 _VERSION = 7
@@ -30,18 +31,6 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     locked: bool
 
 
-class Held(Struct, frozen=True, forbid_unknown_fields=True):
-    """A body that a robot holds.
-
-    Args:
-        robot, gripper: what holds it. at: the pose of the body in the robot's frame.
-    """
-
-    robot: Name
-    gripper: str
-    at: Pose
-
-
 class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The snapshot of a world at a tick.
 
@@ -61,7 +50,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     robots: dict[Name, RobotSnapshot]
     physical: dict[Name, Pose]
     bodies: dict[Name, Pose]
-    held: dict[Name, Held]
+    held: dict[Name, Grip]
     version: int = _VERSION
 
 

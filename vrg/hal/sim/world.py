@@ -20,12 +20,11 @@ from vrg.hal.sim.bodies import Bodies
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Start
-from vrg.hal.sim.front import Grip
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.robot import Batteries, Ghost, VirtualRobot
 from vrg.hal.sim.sensors.base import Instant, Measured, Surroundings
 from vrg.hal.sim.sensors.suite import Frame, SensorSuite
-from vrg.hal.sim.snapshot import Held, RobotSnapshot, WorldSnapshot
+from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
 from vrg.hal.sim.uses import Uses
 from vrg.types import Pose, Twist
 
@@ -98,8 +97,7 @@ class World:
         if snapshot is not None:
             for body, pose in snapshot.bodies.items():
                 self.bodies.place(body, pose)
-            for body, held in snapshot.held.items():
-                grip = Grip(engine.row(held.robot), held.gripper, held.at)
+            for body, grip in snapshot.held.items():
                 self.bodies.hold(self.bodies.names.index(body), grip)
         self._uses = Uses(self.bodies)
         surroundings = Surroundings(self.map, config.seed, config.noise)
@@ -323,10 +321,7 @@ class World:
             robots=robots,
             physical={name: self.pose(name) for name in self._ghosts},
             bodies={name: Pose(body.x, body.y, body.theta) for name, body in self.bodies},
-            held={
-                self.bodies.names[number]: Held(self._engine.names[grip.row], grip.gripper, grip.at)
-                for number, grip in self.bodies.grips.items()
-            },
+            held={self.bodies.names[number]: grip for number, grip in self.bodies.grips.items()},
         )
 
     def close(self) -> None:

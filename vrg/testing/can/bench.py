@@ -17,7 +17,7 @@ from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
-from vrg.hal.models import robot_model
+from vrg.hal.models import RobotModel, robot_model
 from vrg.testing.can.vcan import INTERFACE
 from vrg.testing.can_robot import RATIO, adapter_of, deliver
 from vrg.testing.driver import DriverBench
@@ -96,6 +96,7 @@ class CanBench(DriverBench):
         right: Sequence[int] | None = None,
         *,
         link: Link = LINK,
+        model: RobotModel | None = None,
         **wiring: object,
     ) -> None:
         if left is None or right is None:
@@ -104,7 +105,8 @@ class CanBench(DriverBench):
         self.clock = Lab.simulation.clock
         self.wire = Lab.simulation.wire(link)
         options = settings(protocol, left, right, link, **wiring)
-        context = DriverContext(name="r", model=robot_model("P2AT"), options=options, now=self.clock.now)
+        model = model or robot_model("P2AT")
+        context = DriverContext(name="r", model=model, options=options, now=self.clock.now)
         self.driver = CanDriver(context, Lab.simulation)
 
     def __enter__(self) -> Self:
