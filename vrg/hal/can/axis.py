@@ -14,6 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar, Protocol
 
+from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.clock import MonotonicClock
 from vrg.tables import Table
@@ -181,6 +182,7 @@ class Axis(AxisReport, ABC):
 
     Attributes:
         options_type: the options that the protocol has.
+        outputs: the bits of the digital outputs that actuators are wired to. It is set before `prepare`.
     """
 
     options_type: ClassVar[type[ProtocolOptions]] = ProtocolOptions
@@ -188,6 +190,7 @@ class Axis(AxisReport, ABC):
     def __init__(self, node: int, send: Send, clock: MonotonicClock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node)
         self.options = self.options_type() if options is None else options
+        self.outputs = 0
         self._send = send
         self._clock = clock
 
@@ -195,6 +198,11 @@ class Axis(AxisReport, ABC):
     @abstractmethod
     def check_node(cls, node: int) -> str | None:
         """Why a drive cannot have this id, in words, or None where it can."""
+
+    @classmethod
+    def check_output(cls, bit: int) -> str | None:
+        """Why an actuator cannot be wired to this digital output of a drive, in words, or None where it can."""
+        return f"expected none, as VRG knows of no digital outputs in this protocol, got {bit}"
 
     @property
     @abstractmethod
@@ -257,6 +265,14 @@ class Axis(AxisReport, ABC):
     @abstractmethod
     def clear(self) -> None:
         """Forget latched errors; the motor stays off. Called only on a person's order, or after `watchdog_expired`."""
+
+    def output(self, bits: int) -> None:
+        """Switch its digital outputs: on those of these bits, off the others of `outputs`. It may be lost on the bus.
+
+        Raises:
+            RobotError: it could not be sent, or the protocol has none.
+        """
+        raise RobotError(str(self.check_output(bits)))
 
     def ask_serial(self) -> None:
         """Ask for the serial number; the answer comes to `receive`, so that this waits for nothing.

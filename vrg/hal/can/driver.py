@@ -49,13 +49,16 @@ class CanDriver(DriveTrain, Driver):
         Driver.__init__(self, name, model)
         self._now = context.now
         self._supply = wiring.supply
+        outputs = wiring.wired_outputs(name, model.actuators)
+        self.uses = frozenset(outputs)
         axes = wiring.wheel_axes(model.drivetrain.axes, calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
         medium, supply = medium or RealMedium(), wiring.judged_supply
         DriveTrain.__init__(
-            self, name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, supply=supply
-        )
+            self, name, medium, link, protocol, axes, model,
+            options=own, unwatched=unwatched, supply=supply, outputs=outputs,
+        )  # fmt: skip
 
     def read(self) -> Readings:
         """The newest readings, as the drives have reported them.

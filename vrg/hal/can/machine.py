@@ -11,7 +11,7 @@ robot's own thread alone: if that freezes or dies, none is sent, and the drives'
 import enum
 import logging
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from vrg.errors import RobotError
@@ -22,6 +22,7 @@ from vrg.hal.can.judges.off import OFF_PERIOD
 from vrg.hal.can.judges.reasons import BUSY
 from vrg.hal.can.judges.start import START_TIMEOUT
 from vrg.hal.can.judges.supply import ANY_SUPPLY
+from vrg.hal.can.outputs import Output, Outputs
 from vrg.hal.can.plausibility import BEGINNING, ENCODER, Plausibility
 from vrg.hal.driver import COMMAND_TIMEOUT
 
@@ -61,11 +62,15 @@ class AxisMethod(enum.Enum):
     START = "start"
     COMMAND = "command"
     POLL = "poll"
+    OUTPUT = "output"
     ASK_SERIAL = "ask_serial"
 
 
 class Order(NamedTuple):
-    """One order to the axis of a node; the argument of a COMMAND is a velocity in turn/s, that of a POLL the time."""
+    """One order to the axis of a node.
+
+    The argument of a COMMAND is a velocity in turn/s, that of a POLL the time in s, that of an OUTPUT the bits.
+    """
 
     act: AxisMethod
     node: int
@@ -78,6 +83,7 @@ class StateMachine:
     Args:
         name: the robot's name, for messages. base: its wheels and its odometry.
         supply: the voltages of an empty and a full battery, V; 0 and infinity if they are not known.
+        outputs: the actuators at digital outputs of its drives.
 
     Attributes:
         phase: whether the drives can be spoken to. guard: judges what they report. reports: what they report, by node.
@@ -85,9 +91,16 @@ class StateMachine:
             missing.
     """
 
-    def __init__(self, name: str, base: DriveBase, supply: tuple[float, float] = ANY_SUPPLY) -> None:
+    def __init__(
+        self,
+        name: str,
+        base: DriveBase,
+        supply: tuple[float, float] = ANY_SUPPLY,
+        outputs: Mapping[str, Output] | None = None,
+    ) -> None:
         self.name = name
         self.base = base
+        self.outputs = Outputs(outputs or {})
         self._supply = supply
         self._complained = ""
         self.begin([])
@@ -106,6 +119,7 @@ class StateMachine:
         self._fault_logged: str | None = None
         self._off_logged = True
         self._measured = dict.fromkeys(self.reports, NEVER)
+        self._forget_outputs()
 
     def rebind(self, base: DriveBase) -> None:
         """Wheels and odometry are these from now on, as a calibration has found them."""
@@ -164,9 +178,25 @@ class StateMachine:
         Raises:
             RobotError: the emergency stop, a fault, not armed, or nothing has been heard of the bus.
         """
-        guard, bus_silence = self.guard, self.bus_silence(now)
         if not all(math.isfinite(velocity) for _, velocity in setpoints):
             raise RobotError(f"expected finite setpoints in turn/s, got {dict(setpoints)}", self.name)
+        self._require_armed(now)
+        return [*self._command(setpoints, now), *self._switch(now)]
+
+    def use(self, name: str, value: float, now: float) -> list[Order]:
+        """An actuator at an output is to be used; nothing happens while motors start, or watchdogs are proved.
+
+        Raises:
+            RobotError: as for `drive`.
+        """
+        self._require_armed(now)
+        if self.guard.armed:
+            self.outputs.use(name, value, now)
+        return self._switch(now)
+
+    def _require_armed(self, now: float) -> None:
+        """Raise RobotError unless the robot may be commanded."""
+        guard, bus_silence = self.guard, self.bus_silence(now)
         if guard.estop:
             raise RobotError("the emergency stop is engaged: release it, then arm again", self.name)
         if guard.fault:
@@ -177,7 +207,6 @@ class StateMachine:
             raise RobotError("expected armed motors to drive, and they are off: arm the robot first", self.name)
         if bus_silence > BLIND:
             raise RobotError(f"nothing has been heard from the bus for {bus_silence:.1f} s", self.name)
-        return self._command(setpoints, now)
 
     def stand(self, now: float) -> list[Order]:
         """Setpoints of zero are to be sent, if the robot is armed and hears the bus."""
@@ -206,7 +235,7 @@ class StateMachine:
         if not self.connected:
             return []
         self.guard.engage()
-        return self._all(AxisMethod.STOP_NOW)
+        return [*self._all(AxisMethod.STOP_NOW), *self._release()]
 
     def release(self, now: float) -> list[Order]:
         """A person has released the emergency stop. The motors stay off."""
@@ -228,6 +257,7 @@ class StateMachine:
         if self.phase is not Phase.RECOVERING:
             return []  # it was closed meanwhile
         self.phase = Phase.MET
+        self._forget_outputs()
         self._old_since = math.inf
         # What a person needs to know from now on is this, and no longer what was wrong before.
         self.guard.begin(now)
@@ -254,7 +284,7 @@ class StateMachine:
         if self.phase is not Phase.MET:
             return []
         self._judge_age(now - until, now)
-        orders = self._poll(now)
+        orders = [*self._poll(now), *self._switch(now)]
         if news or self.guard.fault != self._fault_logged or now - self._looked >= LOOK_PERIOD:
             orders += self.look(now)
         return orders
@@ -295,6 +325,7 @@ class StateMachine:
         if now - self._polled < period:
             return []
         self._polled = now
+        self._switched.clear()  # what was sent may be lost
         orders = self._all(AxisMethod.POLL, now)
         node = self.guard.unknown
         if node is None and now - self._asked >= WHO_PERIOD:
@@ -361,7 +392,24 @@ class StateMachine:
         """Switch every motor off. The match's emergency stop has a shorter way to do so than the others."""
         self._ordered = now
         self.guard.ordered_off(self.heard_until)
-        return self._all(AxisMethod.STOP_NOW if self.guard.estop and not self.guard.at_drive else AxisMethod.IDLE)
+        act = AxisMethod.STOP_NOW if self.guard.estop and not self.guard.at_drive else AxisMethod.IDLE
+        return [*self._all(act), *self._release()]
+
+    def _switch(self, now: float) -> list[Order]:
+        """Switch the outputs, where that was not sent since the last poll."""
+        news = {node: on for node, on in self.outputs.bits(now).items() if self._switched.get(node) != on}
+        self._switched |= news
+        return [Order(AxisMethod.OUTPUT, node, (on,)) for node, on in news.items()]
+
+    def _release(self) -> list[Order]:
+        """Switch off the outputs that do not stay on until they are switched off."""
+        self.outputs.release()
+        return self._switch(NEVER)
+
+    def _forget_outputs(self) -> None:
+        """The outputs are off, as drives that were set up have switched them off."""
+        self.outputs.reset()
+        self._switched: dict[int, int] = {}
 
     def _all(self, act: AxisMethod, *arguments: float) -> list[Order]:
         return [Order(act, node, arguments) for node in self.reports]

@@ -54,7 +54,21 @@ class CanSettings(BackendSettings):
                 other = owner.setdefault((bus, node), name)
                 if other != name:
                     raise ValueError(f"robots.{name}: node {node} on {bus} already belongs to {other}")
+            self._check_outputs(name)
         return self
+
+    def _check_outputs(self, name: str) -> None:
+        """Raise ValueError if an actuator is wired to no drive of its robot, or to an output that there is not."""
+        wired: dict[tuple[int, int], str] = {}
+        for actuator, output in self.robots[name].outputs.items():
+            where = f"robots.{name}.outputs.{actuator}"
+            if output.drive not in self.robots[name].nodes:
+                raise ValueError(f"{where}: drive: expected one of {self.robots[name].nodes}, got {output.drive}")
+            if problem := self.protocol_of(name).axis_type.check_output(output.bit):
+                raise ValueError(f"{where}: digital output of {self.protocol_name(name)}: {problem}")
+            other = wired.setdefault((output.drive, output.bit), actuator)
+            if other != actuator:
+                raise ValueError(f"{where}: expected an output of its own, got that of {other}")
 
     @property
     def emulation(self) -> "Emulation | None":
@@ -145,6 +159,10 @@ class CanSettings(BackendSettings):
                 found.append(f'{name}: nothing stops its motors if this computer fails, as its watchdog is "unsafe"')
             else:
                 found.append(f"{name}: the watchdogs of its drives are proved when it is armed for the first time")
+            found += [
+                f"{name}: how soon the output of its {actuator} goes off if this computer fails depends on the drive"
+                for actuator in wiring.outputs
+            ]
             if not wiring.options:
                 found.append(
                     f"{name}: the units of its drives' numbers are those that the drives or their protocol report"

@@ -21,6 +21,7 @@ from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.link import Link, Medium
 from vrg.hal.can.machine import AxisMethod, Order, Phase, StateMachine
 from vrg.hal.can.meeting import ASK_PERIOD, Meeting, MeetingStep, MissingError
+from vrg.hal.can.outputs import Output
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist
@@ -69,6 +70,7 @@ class DriveTrain:
         options: the protocol's options of its drives; None for the defaults.
         unwatched: a person has allowed that its drives are driven without watchdogs of their own.
         supply: the voltages of an empty and a full battery, V.
+        outputs: the actuators at digital outputs of its drives, by their names.
 
     Attributes:
         clock: the time of its bus.
@@ -86,6 +88,7 @@ class DriveTrain:
         options: ProtocolOptions | None = None,
         unwatched: bool = False,
         supply: tuple[float, float] = ANY_SUPPLY,
+        outputs: Mapping[str, Output] | None = None,
     ) -> None:
         self.name = name
         self._options = options
@@ -95,7 +98,7 @@ class DriveTrain:
         self.clock = medium.clock
         self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._lock = threading.RLock()
-        self._machine = StateMachine(name, DriveBase(wheel_axes, model), supply)
+        self._machine = StateMachine(name, DriveBase(wheel_axes, model), supply, outputs)
         self._axes: dict[int, Axis] = {}
         self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
         self._heard: deque[Frame] = deque(maxlen=_KEPT)
@@ -122,8 +125,9 @@ class DriveTrain:
             self._axes = {
                 axis.node: self._axis_type(axis.node, self._bus.send, self.clock, self._options) for axis in wired
             }
-            for axis in self._axes.values():
+            for node, axis in self._axes.items():
                 axis.unwatched = self._unwatched
+                axis.outputs = self._machine.outputs.masks.get(node, 0)
             self._routes.clear()
             self._heard.clear()
             self._traits.clear()
@@ -213,6 +217,19 @@ class DriveTrain:
         """
         with self._lock:
             self._command(self._machine.base.setpoints(twist))
+
+    def use(self, name: str, value: float) -> None:
+        """Use an actuator at a digital output: on for a value above 0, off for 0.
+
+        Raises:
+            RobotError: as for `drive`, or nothing is wired by that name.
+        """
+        with self._lock:
+            known = self._machine.outputs.wired
+            if name not in known:
+                raise RobotError(f"expected an actuator at an output ({', '.join(known) or 'none'}), got {name!r}")
+            self._look()
+            self._obey(self._machine.use(name, value, self.clock.now()))
 
     def spin(self, node: int, velocity: float) -> None:
         """Turn one motor alone, at `velocity` turn/s, while the others stand: for a robot that is jacked up.

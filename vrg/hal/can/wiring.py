@@ -1,17 +1,22 @@
 """The wiring of a robot with motors on a CAN bus, in a match file: [backends.can.robots.<name>]."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, Problem
+from vrg.hal.actuators import Actuator, Gripper, Kicker
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration
 from vrg.hal.can.judges.supply import ANY_SUPPLY
 from vrg.hal.can.link import AdapterValue, known_interface
+from vrg.hal.can.outputs import Output
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.registry import expected_one_of
 from vrg.tables import Table
 
 InterfaceName = Annotated[str, AfterValidator(known_interface)]
@@ -35,6 +40,19 @@ class MotorSettings(Table):
     delay: float | None = Field(None, ge=0, le=0.5)
 
 
+class OutputWiring(Table):
+    """An actuator at a digital output of a drive: [backends.can.robots.<name>.outputs].
+
+    Args:
+        drive: the node id. bit: the number of the output, as its protocol counts them.
+        pulse: for how long a kick switches it on, s. Only a kicker has one: others are on as long as they are used.
+    """
+
+    drive: int
+    bit: int = Field(ge=0, le=31)
+    pulse: float | None = Field(None, gt=0, le=1)
+
+
 class RobotWiring(Table):
     """One robot: [backends.can.robots.<name>].
 
@@ -51,6 +69,7 @@ class RobotWiring(Table):
         interface, channel, bitrate, adapter, protocol: for a robot on a bus of its own, in place of those of
             [backends.can].
         options: the protocol's options of the drives; see `Axis.options_type` of the protocol.
+        outputs: the actuators of the robot at digital outputs of its drives, by their names.
         motor: what emulated drives and their load are like, where that is not as usual; real drives are as they are.
     """
 
@@ -68,6 +87,7 @@ class RobotWiring(Table):
     adapter: dict[str, AdapterValue] | None = None
     protocol: ProtocolName | None = None
     options: dict[str, Any] = Field(default_factory=dict)
+    outputs: dict[str, OutputWiring] = Field(default_factory=dict)
     motor: MotorSettings = Field(default_factory=lambda: MotorSettings.model_validate({}))
 
     # One validator for each field, so that all mistakes are found at once; what is wrong itself is not in `info.data`.
@@ -143,3 +163,30 @@ class RobotWiring(Table):
                     axis = replace(axis, direction=own.direction, ratio=own.ratio, serial=own.serial)
                 axes.append(axis)
         return axes
+
+    def wired_outputs(self, robot: str, actuators: Sequence[Actuator]) -> dict[str, Output]:
+        """The outputs that actuators of a robot are wired to, by their names.
+
+        Raises:
+            ConfigError: the robot has no such actuator, or a kicker has no pulse, or something else has one.
+        """
+        known, found, problems = {actuator.name: actuator for actuator in actuators}, {}, []
+        for name, wired in self.outputs.items():
+            actuator, pulse = known.get(name), wired.pulse
+            if actuator is None:
+                problems.append(f"{name}: {expected_one_of(list(known), name)}")
+            elif isinstance(actuator, Kicker) != (pulse is not None):
+                wanted = (
+                    "a `pulse` in s, for which a kick is on" if pulse is None else "no `pulse`: only a kicker has one"
+                )
+                problems.append(f"{name}: expected {wanted}")
+            elif isinstance(actuator, Kicker) and pulse is not None:
+                found[name] = Output(wired.drive, wired.bit, pulse, max(pulse, actuator.pause))
+            else:
+                # A dribbler turns as long as it is commanded again and again, as a motor does.
+                lasts = math.inf if isinstance(actuator, Gripper) else COMMAND_TIMEOUT
+                found[name] = Output(wired.drive, wired.bit, lasts)
+        if problems:
+            where = ("backends", "can", "robots", robot, "outputs")
+            raise ConfigError([Problem(text, where) for text in problems])
+        return found

@@ -65,6 +65,11 @@ class Cia402Axis(Axis):
         """A drive has an id from 1 to 127."""
         return None if node in codec.NODE_IDS else f"expected 1 to {codec.NODE_IDS[-1]}, got {node}"
 
+    @classmethod
+    def check_output(cls, bit: int) -> str | None:
+        """CiA 402 leaves the bits 16 to 31 of 0x60FE to the maker's digital outputs."""
+        return None if bit in codec.OUTPUT_BITS else f"expected 16 to 31 (bits of 0x60FE), got {bit}"
+
     @property
     def filters(self) -> list[Filter]:
         """They let all frames from and to this node through, and orders to all, so that another master is noticed."""
@@ -147,7 +152,7 @@ class Cia402Axis(Axis):
         self.wrap = self._units.wrap
         self._prepared = self._settled = self._wanted = False
         self._word = int(Control.DISABLE_VOLTAGE)
-        set_up = SetUp(self.node, self._sdo, self._send, self._clock, unwatched=self.unwatched)
+        set_up = SetUp(self.node, self._sdo, self._send, self._clock, unwatched=self.unwatched, outputs=self.outputs)
         set_up.configure()
         self.firmware = set_up.firmware
         self._asks_supply = not set_up.tells_supply
@@ -183,6 +188,10 @@ class Cia402Axis(Axis):
         if self._master is not None:
             self._send(Frame(Function.HEARTBEAT | self._master, bytes([Nmt.OPERATIONAL])))
         self._send(codec.SETPOINT_PDO.frame(self.node, self._units.velocity_of(velocity)))
+
+    def output(self, bits: int) -> None:
+        """Send the outputs by their own PDO, which feeds no watchdog."""
+        self._send(codec.OUTPUT_PDO.frame(self.node, bits))
 
     def idle(self) -> None:
         """Switch the motor off. To disable the voltage works in every state, and needs nothing but the output stage.

@@ -77,11 +77,13 @@ Object = enum.IntEnum("Object", {
     "ERROR_CODE": 0x603F, "CONTROLWORD": 0x6040, "STATUSWORD": 0x6041, "FAULT_REACTION": 0x605E, "MODE": 0x6060,
     "MODE_DISPLAY": 0x6061, "POSITION": 0x6064, "VELOCITY": 0x606C, "VOLTAGE": 0x6079, "ACCELERATION": 0x6083,
     "DECELERATION": 0x6084, "QUICK_STOP_DECELERATION": 0x6085, "ENCODER_RESOLUTION": 0x608F, "VELOCITY_UNIT": 0x60A9,
-    "TARGET_VELOCITY": 0x60FF, "SUPPORTED_MODES": 0x6502,
+    "DIGITAL_OUTPUTS": 0x60FE, "TARGET_VELOCITY": 0x60FF, "SUPPORTED_MODES": 0x6502,
 })  # fmt: skip
 """The index of each object."""
 
 
+OUTPUT_BITS = range(16, 32)
+"""The bits of the digital outputs (0x60FE) that are the maker's own; bit 0 is the brake, the others are reserved."""
 SERIAL_NUMBER = 4
 """The sub-index of the serial number in 0x1018."""
 COB_ID, TRANSMISSION, INHIBIT, EVENT_TIMER = 1, 2, 3, 5
@@ -100,11 +102,15 @@ def mapping_entry(index: int, bits: int, sub: int = 0) -> int:
 
 
 class Pdo(NamedTuple):
-    """One PDO: the function of its identifier, the objects in it one after the other, and how those are packed."""
+    """One PDO: the function of its identifier, the objects in it one after the other, and how those are packed.
+
+    The objects are named by their index and one sub-index, which they have in common.
+    """
 
     function: Function
     objects: tuple[Object, ...]
     packing: struct.Struct
+    sub: int = 0
 
     def frame(self, node: int, *values: int) -> Frame:
         """The frame that carries these values."""
@@ -126,6 +132,7 @@ class Pdo(NamedTuple):
 # is in every RPDO that drives come with, is not in the second: a setpoint enables nothing, and enabling is no setpoint.
 CONTROL_PDO = Pdo(Function.RPDO1, (Object.CONTROLWORD,), struct.Struct("<H"))
 SETPOINT_PDO = Pdo(Function.RPDO2, (Object.TARGET_VELOCITY,), struct.Struct("<i"))
+OUTPUT_PDO = Pdo(Function.RPDO3, (Object.DIGITAL_OUTPUTS,), struct.Struct("<I"), sub=1)
 STATUS_PDO = Pdo(Function.TPDO1, (Object.STATUSWORD, Object.ERROR_CODE, Object.MODE_DISPLAY), struct.Struct("<HHb"))
 MOTION_PDO = Pdo(Function.TPDO2, (Object.POSITION, Object.VELOCITY), struct.Struct("<ii"))
 SUPPLY_PDO = Pdo(Function.TPDO3, (Object.VOLTAGE,), struct.Struct("<I"))

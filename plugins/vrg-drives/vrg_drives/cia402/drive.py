@@ -2,9 +2,10 @@
 
 It is a network slave (NMT, heartbeat, EMCY), an SDO server, four RPDOs and four TPDOs, and the state machine of CiA 402
 in profile velocity mode, with its halt bit. Its watchdog is the deadline of an RPDO (0x1400:05); when it expires the
-drive says so (EMCY 0x8250), and has a fault if its motor was on. It keeps its settings on the command to save
-them, and watches its master's heartbeat if it is configured to. It has no block transfers, no node guarding, no SYNC
-and no PDOs by remote frames.
+drive says so (EMCY 0x8250), and has a fault if its motor was on. It has digital outputs (0x60FE), which stay as they
+are while the motor is off, and which a fault switches off; the profile leaves both to the maker. It keeps its settings
+on the command to save them, and watches its master's heartbeat if it is configured to. It has no block transfers, no
+node guarding, no SYNC and no PDOs by remote frames.
 """
 
 import math
@@ -53,6 +54,12 @@ class Cia402Drive(EmulatedDrive):
         """The state of the drive's state machine."""
         return self._machine.state
 
+    @property
+    def outputs(self) -> int:
+        """The bits of the digital outputs that are on."""
+        on: int = self.objects[Object.DIGITAL_OUTPUTS, 1] & self.objects[Object.DIGITAL_OUTPUTS, 2]
+        return on
+
     def _boot(self, now: float) -> None:
         self.objects = Objects(self.node, self._measure, self._refuse, self._wrote)
         self._server = ObjectServer(self.node, self.objects)
@@ -67,6 +74,7 @@ class Cia402Drive(EmulatedDrive):
         self.objects[Object.HEARTBEAT_TIME, 0] = round(self.options.heartbeat * 1000)
         self.objects[Object.RPDO + 1, codec.EVENT_TIMER] = round(self.options.watchdog * 1000)
         self.objects.restore(self._stored)
+        self.objects[Object.DIGITAL_OUTPUTS, 1] = 0
         self._consumer = HeartbeatConsumer(self.objects)
         self._measures: dict[int, Callable[[], int]] = {
             Object.POSITION: lambda: _signed(round(self._estimates()[0] * self._units.counts)),
@@ -234,6 +242,7 @@ class Cia402Drive(EmulatedDrive):
         """
         brakes = code != STO and self._energised and self.objects[Object.FAULT_REACTION, 0] != 0
         self._machine.fail(code, brakes=brakes)
+        self.objects[Object.DIGITAL_OUTPUTS, 1] = 0
         return [self._emergency(code)]
 
     def _control(self, word: int) -> None:

@@ -59,6 +59,7 @@ def object_dictionary(node: int) -> ObjectDictionary:
     _record(objects, Object.STORE, [(1, u32, "rw", 1)])
     _record(objects, Object.CONSUMER_HEARTBEAT, [(1, u32, "rw", 0)])
     _record(objects, Object.ERROR_BEHAVIOUR, [(1, u8, "rw", 0)])
+    _record(objects, Object.DIGITAL_OUTPUTS, [(1, u32, "rw", 0), (2, u32, "rw", 0)], mappable=True)
     _record(objects, Object.ENCODER_RESOLUTION, [(1, u32, "ro", ENCODER_COUNTS), (2, u32, "ro", 1)])
     for number in range(codec.PDOS):
         for communication, mapping, cob_id, first in (
@@ -86,13 +87,20 @@ def _variable(
     return variable
 
 
-def _record(objects: ObjectDictionary, index: int, members: Sequence[_Member], count: int | None = None) -> None:
+def _record(
+    objects: ObjectDictionary,
+    index: int,
+    members: Sequence[_Member],
+    count: int | None = None,
+    *,
+    mappable: bool = False,
+) -> None:
     """Add a record, whose number of members is their highest sub-index, or `count`, which masters may write."""
     record = ODRecord(f"{index:04X}", index)
     most, access = (members[-1][0], "ro") if count is None else (count, "rw")
     record.add_member(_variable("count", index, 0, datatypes.UNSIGNED8, access, most))
     for sub, kind, access, default in members:
-        record.add_member(_variable(f"{index:04X}:{sub:02X}", index, sub, kind, access, default))
+        record.add_member(_variable(f"{index:04X}:{sub:02X}", index, sub, kind, access, default, mappable))
     objects.add_object(record)
 
 

@@ -32,7 +32,7 @@ _GO_ON, _HAVE_A_FAULT = 0, 1
 """The reactions of a drive to a lost network connection (0x6007)."""
 _STAY = 1
 """The network state does not change when the master falls silent (0x1029)."""
-_COMMANDS = (Function.RPDO1, Function.RPDO2)
+_COMMANDS = (Function.RPDO1, Function.RPDO2, Function.RPDO3)
 
 
 class SetUp:
@@ -41,6 +41,7 @@ class SetUp:
     Args:
         node: the drive's id. sdo: asks it. send: sends a frame. clock: the time by which it is waited for.
         unwatched: a person has allowed that this drive is driven without a watchdog of its own.
+        outputs: the bits of its digital outputs that actuators are wired to.
 
     Attributes:
         firmware: the version in words, after `configure`; empty where the drive does not tell it.
@@ -57,10 +58,12 @@ class SetUp:
         clock: MonotonicClock,
         *,
         unwatched: bool = False,
+        outputs: int = 0,
     ) -> None:
         self._node = node
         self._clock = clock
         self._unwatched = unwatched
+        self._outputs = outputs
         self._sdo = sdo
         self._send = send
         self.firmware = ""
@@ -91,6 +94,8 @@ class SetUp:
             except canopen.SdoAbortedError as error:
                 if error.code not in _MISSING:
                     raise
+            if self._outputs:
+                self._map_outputs()
             self._react_when_cut_off()
             self._write(Object.MODE, 0, codec.PROFILE_VELOCITY, 1)
 
@@ -102,6 +107,24 @@ class SetUp:
         except canopen.SdoAbortedError as error:
             if error.code not in _MISSING:
                 raise
+
+    def _map_outputs(self) -> None:
+        """Switch the digital outputs off, let those that are wired follow 0x60FE:01, and map that.
+
+        Without a mask the brake would follow it too, as it is bit 0.
+
+        Raises:
+            RobotError: the drive cannot do this.
+        """
+        try:
+            self._write(Object.DIGITAL_OUTPUTS, 1, 0, 4)
+            self._write(Object.DIGITAL_OUTPUTS, 2, self._outputs, 4)
+            self._map(codec.OUTPUT_PDO)
+        except canopen.SdoAbortedError as error:
+            raise RobotError(
+                f"node {self._node}: expected digital outputs with a mask that a PDO can carry (0x60FE:01 and 02), got "
+                f"{error}: wire the actuator to another drive, or remove it from `outputs` in the wiring of this robot"
+            ) from None
 
     def _map_setpoints(self) -> None:
         """Map the PDO of the setpoints, with the deadline that is the drive's watchdog.
@@ -219,7 +242,7 @@ class SetUp:
     def _map_objects(self, mapping: int, pdo: Pdo) -> None:
         """Write the entries of a mapping. A drive whose number of entries is fixed gets empty ones too."""
         sizes = (8 * struct.calcsize(kind) for kind in pdo.packing.format.lstrip("<"))
-        entries = [codec.mapping_entry(index, bits) for index, bits in zip(pdo.objects, sizes, strict=True)]
+        entries = [codec.mapping_entry(index, bits, pdo.sub) for index, bits in zip(pdo.objects, sizes, strict=True)]
         try:
             self._write(mapping, 0, 0, 1)
         except canopen.SdoAbortedError:

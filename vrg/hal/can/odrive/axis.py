@@ -63,6 +63,14 @@ class OdriveAxis(Axis):
         """A drive has an id from 0 to 62; 63 means everybody."""
         return None if node in codec.NODE_IDS else f"expected 0 to {codec.NODE_IDS[-1]}, got {node}"
 
+    @classmethod
+    def check_output(cls, bit: int) -> str | None:
+        """CANSimple 0.6 has no message for outputs; the endpoints that RxSdo (0x04) writes change with the firmware."""
+        return (
+            f"expected none, got {bit}: CANSimple has no message for the GPIOs of an ODrive. Wire the actuator to a "
+            "drive that has digital outputs, such as one of CiA 402, or write a driver of your own"
+        )
+
     @property
     def filters(self) -> list[Filter]:
         """They let all frames from and to this node and to all nodes through, so that another master is noticed."""
