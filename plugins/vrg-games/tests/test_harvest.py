@@ -18,6 +18,7 @@ from vrg.hal.sim.config import BodySetup
 from vrg.hal.sim.contact import rectangle
 from vrg.runs.judged import judge_folder
 from vrg.runs.run_folder import RunFolder
+from vrg.testing.matches import calls_of, played, written
 from vrg.testing.rulebook import RuleBookContract
 from vrg.types import Pose, Vector
 from vrg_games.harvest import BLUES, KINDS, REDS
@@ -199,3 +200,15 @@ def test_a_match_is_played_and_judged_again(tmp_path: Path, engine: str, seed: i
     assert run.winner in (REDS, BLUES, "draw")
     folder = RunFolder(next(tmp_path.iterdir()))
     assert not judge_folder(folder, load_match(folder.match_file)).disagreements
+
+
+def test_robots_with_grippers_carry_pieces_home_and_a_strict_match_is_the_same(tmp_path: Path) -> None:
+    text = match_path("harvest").read_text().replace("\nrole = ", '\nmodel = "Gatherer"\nrole = ')
+    journals = []
+    for strict in (False, True):
+        folder = tmp_path / str(strict)
+        folder.mkdir()
+        _, run = played(written(folder, text, seed=2), folder / "run", strict=strict)
+        journals.append(run.journal.read_bytes())
+    assert len(calls_of(run, "home")) >= 8
+    assert journals[0] == journals[1]

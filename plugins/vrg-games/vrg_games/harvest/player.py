@@ -1,11 +1,12 @@
-"""A harvester: it pushes the nearest pieces of its colour into the depot."""
+"""A harvester: it pushes the nearest pieces of its colour into the depot, or carries them if it has a gripper."""
 
 import math
 
-from vrg.agents import Strategy, View
+from vrg.agents import Action, Strategy, View
 from vrg.agents.mover import Mover
 from vrg.bus.messages import FieldObject
 from vrg.geometry import wrap
+from vrg.hal.actuators import Gripper
 from vrg.hal.models import RobotModel
 from vrg.navigation.control import scaled
 from vrg.portable.scalars import atan2
@@ -18,6 +19,8 @@ BESIDE = 0.15
 """The distance in m beside the line from a piece to the depot up to which the piece is pushed."""
 PUSH = 0.6
 """The speed with which pieces are pushed, m/s."""
+TURNED = 0.4
+"""The direction to a piece, rad, up to which a gripper may have it."""
 NEAR = 0.35
 """The distance from that place within which a robot begins to push, m."""
 CLEAR = 0.55
@@ -36,8 +39,8 @@ class Harvester(Strategy):
         super().__init__(name, robot)
         self._mover, self._last = Mover(), ""
 
-    def act(self, view: View) -> Twist:
-        """Go behind the piece, and push it home."""
+    def act(self, view: View) -> Twist | Action:
+        """Go behind the piece, and push it home; what it holds it carries there."""
         field = view.zone("field")
         depots = {zone.team: zone.region for zone in view.referee.zones if zone.kind == "depot"}
         own = depots.get(view.me.team)
@@ -47,7 +50,10 @@ class Harvester(Strategy):
             return STILL
         piece = self._chosen(view, own, [region for team, region in depots.items() if team != view.me.team])
         if piece is None:
-            return self._mover.stay(view, own.middle)
+            return Action(self._mover.stay(view, own.middle), use={a.name: 0.0 for a in self.robot.actuators})
+        gripper = next((actuator for actuator in self.robot.actuators if isinstance(actuator, Gripper)), None)
+        if gripper is not None:
+            return self._fetch(view, piece, own.middle, field, gripper)
         return self._push(view, piece, own.middle, field)
 
     def _chosen(self, view: View, own: Region, others: list[Region]) -> FieldObject | None:
@@ -71,6 +77,20 @@ class Harvester(Strategy):
                 return piece
             taken.add(name)
         return None
+
+    def _fetch(self, view: View, piece: FieldObject, home: Vector, field: Region, gripper: Gripper) -> Action:
+        """Drive to a piece, and home with it. A piece that is home is not chosen any more, so it is let go there."""
+        dx, dy = piece.x - view.pose.x, piece.y - view.pose.y
+        distance, aim = math.hypot(dx, dy), wrap(atan2(dy, dx) - view.pose.theta)
+        reach = max((math.hypot(x, y) for x, y in piece.corners), default=piece.radius) + view.robot.length / 2
+        there = distance < reach + gripper.reach and abs(aim) < TURNED
+        if there:
+            twist = self._mover.go(view, home, field)
+        elif distance > reach + CLEAR:
+            twist = self._mover.go(view, self._past(view, (piece.x, piece.y)), field)
+        else:
+            twist = Twist(PUSH if abs(aim) < TURNED / 2 else 0.0, max(-1.5, min(1.5, 2.0 * aim)))
+        return Action(twist, use={gripper.name: 1.0 if there else 0.0})
 
     def _push(self, view: View, piece: FieldObject, home: Vector, field: Region) -> Twist:
         """Get behind a piece, on the line from the depot, and push it along that line."""
