@@ -1,6 +1,7 @@
 """What there is to see, gathered from messages."""
 
 import math
+from dataclasses import replace
 from itertools import count
 
 import pytest
@@ -10,7 +11,7 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.colours import YELLOW
 from vrg.games import game_of
-from vrg.games.game import title
+from vrg.games.game import Game, Shown, title
 from vrg.testing.views import synthetic
 from vrg.types import Pose, Twist
 from vrg.ui import picture
@@ -248,3 +249,20 @@ def test_a_body_that_is_lost_is_an_outline_everywhere_and_said(builder):
     page = parts.state(scene)["objects"]
     assert [part["figure"].shapes[0].fill for part in page] == [YELLOW, None]
     assert [part["words"] for part in page] == ["", "other is lost"]
+
+
+def test_numbers_of_a_game_are_shown_in_its_words(monkeypatch):
+    numbers = {"best": Shown("best run {:.2f} s"), "run": Shown("running for {:.1f} s", since=True)}
+    shown = Game(name="maze", settings="", rules="", strategy="", match="", roles=(), numbers=numbers)
+    monkeypatch.setattr("vrg.ui.headline.game_of", lambda _: shown)
+    scene = Scene(game="maze", stage=m.Stage.PLAY_ROUND, clock=12.5, numbers={"run": 10.0, "best": 8.254, "other": 1.0})
+    assert headline(scene).drama == "best run 8.25 s · running for 2.5 s"
+    assert headline(replace(scene, score=(("mouse", 3),))).drama.endswith("2.5 s"), "who is alone does not lead"
+    assert headline(replace(scene, numbers={})).drama == ""
+    assert headline(replace(scene, stage=m.Stage.GAME_OVER)).drama == ""
+
+
+def test_words_without_a_place_for_their_number_are_refused():
+    for words in ("{} of {}", "{name}", "{:s}"):
+        with pytest.raises((IndexError, KeyError, ValueError)):
+            Shown(words)

@@ -63,6 +63,29 @@ class ThingStyle:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """How windows write a number that the rules publish.
+
+    Args:
+        words: around the number, with a place for it as `str.format` has them, such as `best run {:.2f} s`.
+        since: the number is a time of play, s, and what is shown is the time since then.
+
+    Raises:
+        ValueError, IndexError, KeyError: there is no place for a number in the words.
+    """
+
+    words: str
+    since: bool = False
+
+    def __post_init__(self) -> None:
+        self.text(0.0, 0.0)
+
+    def text(self, number: float, clock: float) -> str:
+        """The words of a number at a time of play, s."""
+        return self.words.format(max(0.0, clock - number) if self.since else number)
+
+
+@dataclass(frozen=True)
 class Style:
     """The colour and the sign by which a player is drawn."""
 
@@ -155,6 +178,7 @@ class Game:
         competitive: False if there is no winner, so that its end is only announced as the end.
         rule_texts: the rules as people read them, by the names of their calls.
         things: the look of things that are no robots, by kind, such as a ball.
+        numbers: which of the published numbers windows show, by name.
         plans: True if windows show from the start what players sketch, because it tells what they know of the field.
         window: the kind (`vrg.kinds`) of the window that `vrg play` opens; one of a player or a team is of the first.
         about: what happens in the game, in a sentence for a person who chooses one.
@@ -181,6 +205,7 @@ class Game:
     rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
     prover: str = ""
     things: Mapping[str, ThingStyle] = field(default_factory=dict)
+    numbers: Mapping[str, Shown] = field(default_factory=dict)
     plans: bool = False
     window: str = "spectator"
     about: str = ""

@@ -239,7 +239,7 @@ def _with_referee(scene: Scene, state: m.RefereeState, players: tuple[ScenePlaye
         winner=state.winner,
         ended=state.ended,
         unproved=state.unproved,
-        time_limit=state.numbers.get(m.TIME_LIMIT),
+        numbers=state.numbers,
         players=players,
         zones=tuple(state.zones),
     )

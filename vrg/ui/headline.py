@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from vrg.bus.messages import Stage
+from vrg.bus.messages import TIME_LIMIT, Stage
 from vrg.colours import GREY, Rgb
 from vrg.coordinator.rulebook import DRAW, NOBODY, wins
 from vrg.figures import Shape, rounded
@@ -39,7 +39,7 @@ class Headline:
         clock: the time of play. timed: what the clock counts. left: the time that is left, in words, or empty.
         teams: the scores. count: what decides instead of them, such as `2 of 5 minnows left`, or empty.
         reason: why the score is what it is, in a sentence, or empty.
-        drama: what is going on now and should not be missed, in words, or empty.
+        drama: what is going on now and should not be missed, and numbers of the game, in words, or empty.
     """
 
     title: str
@@ -60,13 +60,17 @@ def headline(scene: Scene) -> Headline:
     game = game_of(scene.game)
     counted = f"{game.round_word} {scene.round} of {scene.rounds}" if scene.rounds > 1 else ""
     words, colour = stage_words(scene)
-    left = None if scene.time_limit is None else max(0.0, scene.time_limit - scene.clock)
+    limit = scene.numbers.get(TIME_LIMIT)
+    left = None if limit is None else max(0.0, limit - scene.clock)
     playing = scene.stage is Stage.PLAY_ROUND
     reason = ""
     if scene.reason is not None:
         before = f"{game.round_word} {scene.reason_round}, " if scene.reason_round not in (0, scene.round) else ""
         reason = f"{before}{short_clock(scene.reason.clock)}  {scene.reason.text}"
     drama = [f"{thing.carrier} has the {thing.name}" for thing in scene.objects if thing.carrier]
+    drama += [
+        shown.text(scene.numbers[name], scene.clock) for name, shown in game.numbers.items() if name in scene.numbers
+    ]
     if playing:
         leader = leading(scene)
         drama += [f"as it stands, {leader} {wins(leader)}"] if leader else []
@@ -141,7 +145,7 @@ def leading(scene: Scene) -> str:
         return role.team if left else ""
     most = max((points for _, points in scene.score), default=0)
     best = [team for team, points in scene.score if points == most]
-    return best[0] if game.competitive and len(best) == 1 else ""
+    return best[0] if game.competitive and len(best) == 1 < len(scene.score) else ""
 
 
 def _stands_by(scene: Scene, state: str) -> bool:

@@ -1,7 +1,7 @@
 """The visible state of a match at one instant. This knows no window and draws nothing."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from vrg.bus.messages import Call, FieldObject, Stage, Zone
@@ -162,8 +162,7 @@ class Scene:
         time: match time, s. rate: match seconds per real second.
         game: its name, empty before the referee spoke; `vrg.games.game_of` returns its look.
         stage: None before the referee spoke.
-        halted, way_out, waiting, clock, round, rounds, score, winner, ended, unproved: as in `RefereeState`.
-        time_limit: the time of play in s at which the round ends at the latest; None if it is not limited.
+        halted, way_out, waiting, clock, round, rounds, score, winner, ended, unproved, numbers: as in `RefereeState`.
         reason: the last call by which a team came nearer to winning; None before one. reason_round: its round.
         estop: the emergency stop is latched anywhere. estop_reason: who pressed it and why, if that is known.
         calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
@@ -189,7 +188,7 @@ class Scene:
     winner: str | None = None
     ended: str | None = None
     unproved: bool = False
-    time_limit: float | None = None
+    numbers: Mapping[str, float] = field(default_factory=dict)
     reason: Call | None = None
     reason_round: int = 0
     estop: bool = False

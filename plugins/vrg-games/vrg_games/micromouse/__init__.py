@@ -7,7 +7,7 @@ of later contests. The thesis names it in chapter 2. The maze and the score are 
 from pathlib import Path
 
 from vrg.colours import ORANGE
-from vrg.games.game import Game, Marker, Moment, Role, RuleText
+from vrg.games.game import Game, Marker, Moment, Role, RuleText, Shown
 
 MOUSE = "mouse"
 MAP = Path(__file__).with_name("maze.toml")
@@ -21,6 +21,7 @@ GAME = Game(
     strategy="vrg_games.micromouse.player:FloodFill",
     match="vrg_games.micromouse/match.toml",
     roles=(Role(MOUSE, MOUSE, ORANGE, Marker.TRIANGLE),),
+    numbers={"run": Shown("running for {:.1f} s", since=True), "best": Shown("best score {:.2f} s")},
     score_words={MOUSE: "hundredth{s} of a second below the time"},
     moments={
         "run": Moment("^", "began a run"),

@@ -6,7 +6,7 @@ by the circle of Apollonius: the places that both can reach at the same time.
 """
 
 from vrg.colours import ORANGE, SKY_BLUE, VERMILLION
-from vrg.games.game import Game, Marker, Moment, Role, RuleText
+from vrg.games.game import Game, Marker, Moment, Role, RuleText, Shown
 
 MARCO, POLO, POLOS = "marco", "polo", "polos"
 PURSUER, EVADER, EVADERS = "pursuer", "evader", "evaders"
@@ -72,5 +72,6 @@ APOLLONIUS = Game(
     },
     prover="vrg_games.pursuit.proof:prove",
     about="A fast pursuer guards a harbour from slower evaders.",
+    numbers={RATIO: Shown("evaders have {:.0%} of the pursuer's speed")},
     plans=True,
 )

@@ -9,7 +9,7 @@ placement by robots, double touch, the speed limit of kicks, and the ball's heig
 from typing import Final
 
 from vrg.colours import ORANGE, SKY_BLUE, VERMILLION
-from vrg.games.game import Game, Marker, Moment, Priority, Role, RuleText, ThingStyle
+from vrg.games.game import Game, Marker, Moment, Priority, Role, RuleText, Shown, ThingStyle
 
 REDS, BLUES = "reds", "blues"
 OTHER: Final = {REDS: BLUES, BLUES: REDS}
@@ -63,5 +63,6 @@ GAME = Game(
     },
     prover="vrg_games.soccer.proof:prove",
     things={BALL: ThingStyle(ORANGE, height=0.043)},
+    numbers={KICK.format(team=team): Shown(f"the {team} have the kick") for team in (REDS, BLUES)},
     about="Two teams push and kick a ball into each other's goal.",
 )
