@@ -286,7 +286,7 @@ BUDGETS = {
     "commands": 2_868,  # with an emergency stop that tries all ways, what to do after a match; the kernel
     "hal/can": 2_896,  # with drives that are met again, judges of one thing each, and actuators at digital outputs
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
-    "games": 3_760,  # with the look of what lies on a field, and rules that a match and batches share, as numbers
+    "games": 3_775,  # with the look of what lies on a field, rules that a match and batches share, shared settings
     "bus": 2_728,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
     "hal/sim": 3_605,  # with passive bodies, real ones among them, what grips and pulls them, and robots that overlap
     "localisation": 590,  # with things that have no odometry

@@ -10,7 +10,7 @@ from pydantic import field_validator, model_validator
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
 from vrg.games.pursuit_evasion import INTRUDER, PURSUER
-from vrg.games.settings import Coordinate, LineUp
+from vrg.games.settings import Coordinate, LineUp, none_of
 from vrg.geometry import ahead
 from vrg.portable.scalars import square
 from vrg.regions import Polygon, Region
@@ -95,11 +95,7 @@ def _crosses(corners: Sequence[Vector]) -> bool:
 
 def problems_of(area: Region, contestants: Sequence[Contestant], capture_distance: float) -> list[Problem]:
     """Everything that is wrong: a role without a player, or an intruder that cannot cross or is captured at once."""
-    problems = [
-        Problem(f"expected at least one {role}, got none", ("players",))
-        for role in (PURSUER, INTRUDER)
-        if all(c.role != role for c in contestants)
-    ]
+    problems = none_of((PURSUER, INTRUDER), contestants)
     for intruder in (c for c in contestants if c.role == INTRUDER):
         for pursuer in (c for c in contestants if c.role == PURSUER):
             between = math.dist((intruder.start.x, intruder.start.y), (pursuer.start.x, pursuer.start.y))

@@ -8,17 +8,16 @@ from pydantic import model_validator
 
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
-from vrg.games.settings import Coordinate, LineUp
+from vrg.games.settings import Borders, LineUp, none_of
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.lineup import LargestBody, crowded
 from vrg.regions import Rectangle
 
 
-class Settings(LineUp):
-    """The [rules] table of a match file, with that of `LineUp`. Lengths in m, times in s.
+class Settings(Borders, LineUp):
+    """The [rules] table of a match file, with those of `Borders` and `LineUp`. Lengths in m, times in s.
 
     Args:
-        x, y: the (low, high) borders of the field.
         along: the axis along which minnows cross.
         first_goal: the end that the minnows cross to in the first pass, where the sharks line up.
         zone_depth: the depth of the end zones.
@@ -29,8 +28,6 @@ class Settings(LineUp):
         slowest: each player's top speed is drawn between this fraction of its model's and the whole.
     """
 
-    x: tuple[Coordinate, Coordinate]
-    y: tuple[Coordinate, Coordinate]
     along: Literal["x", "y"] = "y"
     first_goal: Literal["low", "high"] = "low"
     zone_depth: float = Setting(3.0, gt=0)
@@ -41,9 +38,6 @@ class Settings(LineUp):
 
     @model_validator(mode="after")
     def _playable(self) -> "Settings":
-        for name, (low, high) in (("x", self.x), ("y", self.y)):
-            if not low < high:
-                raise ValueError(f"{name}: expected the low border first, got [{low}, {high}]")
         if self.length <= 2 * self.zone_depth:
             raise ValueError(
                 f"zone_depth: two end zones of {self.zone_depth} m do not fit into a field {self.length:g} m long"
@@ -55,11 +49,6 @@ class Settings(LineUp):
         """The length of the field in the direction in which minnows cross, m."""
         low, high = self.x if self.along == "x" else self.y
         return high - low
-
-    @property
-    def field(self) -> Rectangle:
-        """The playing field."""
-        return Rectangle(self.x[0], self.y[0], self.x[1], self.y[1])
 
     def end_zone(self, end: str) -> Rectangle:
         """The end zone at the `low` or `high` end."""
@@ -94,10 +83,9 @@ def problems_of(settings: Settings, contestants: Sequence[Contestant], extent: L
             f"passes is floor((minnows - sharks) / 2) = {passes(contestants)}, unless `passes` in [rules] sets it"
         )
         problems.append(Problem(text, ("players",)))
-    elif minnows < 1:
-        problems.append(Problem("expected at least one minnow, got none", ("players",)))
-    if sharks < 1:
-        problems.append(Problem("expected at least one shark, got none", ("players",)))
+    else:
+        problems += none_of([MINNOW], contestants)
+    problems += none_of([SHARK], contestants)
     ends = [settings.end_zone(end) for end in ("low", "high")]
     if any(crowded(len(contestants), zone, settings.field, extent) for zone in ends):
         text = (

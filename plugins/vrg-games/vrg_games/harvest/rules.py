@@ -8,10 +8,10 @@ from pydantic import Field as Setting
 from vrg.bus.messages import FieldObject, Thing, Zone
 from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict, called
 from vrg.errors import ConfigError, Problem
+from vrg.games.settings import Pitch
 from vrg.hal.sim.config import BodySetup
 from vrg.hal.sim.contact import form_of, placed
 from vrg.regions import Rectangle
-from vrg.tables import Table
 from vrg.types import Pose
 from vrg_games.harvest import BLUES, DEPOT, GAME, KINDS, OTHER, REDS, TEAMS
 
@@ -19,11 +19,11 @@ OWN, OTHERS = 2, 1
 """The points of a piece of the depot's colour, and of another one."""
 
 
-class Settings(Table):
+class Settings(Pitch):
     """The [rules] table of a match file; lengths are in m, times in s of play.
 
     Args:
-        length, width: those of the field, about the map's origin. depot: the side of a depot, in the middle of its
+        depot: the side of a depot, in the middle of its
             short side of the field: reds have that at the low x.
         pause: the time after a trespass in which the same player is not called again. time: that of the match.
     """
@@ -34,15 +34,10 @@ class Settings(Table):
     pause: float = Setting(3.0, ge=0.5, le=60)
     time: float = Setting(120.0, gt=0, le=1e5)
 
-    @property
-    def field(self) -> Rectangle:
-        """The field."""
-        return Rectangle(-self.length / 2, -self.width / 2, self.length / 2, self.width / 2)
-
     def depot_of(self, team: str) -> Rectangle:
         """The depot of an alliance."""
-        x, half = self.length / 2, self.depot / 2
-        return Rectangle(-x, -half, self.depot - x, half) if team == REDS else Rectangle(x - self.depot, -half, x, half)
+        far = self.length / 2
+        return self.part(-1.0 if team == REDS else 1.0, far - self.depot, far, self.depot)
 
 
 class HarvestState(GameState, frozen=True, kw_only=True):

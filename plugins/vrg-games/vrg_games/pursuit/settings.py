@@ -1,41 +1,26 @@
 """The [rules] tables of both games. Lengths in m, times in s."""
 
 from pydantic import Field as Setting
-from pydantic import model_validator
 
+from vrg.games.settings import Borders, Coordinate
 from vrg.regions import Rectangle
-from vrg.tables import Table
-from vrg.types import Metres
 
 
-class Settings(Table):
-    """What both games have.
+class Settings(Borders):
+    """What both games have; the hunted must stay on the field.
 
     Args:
-        x, y: the (low, high) borders of the field.
         capture_distance: between two centres.
         ratio: the top speed of the hunted, as a share of the hunter's, which is that of the slowest robot.
         time: of play in a round. rounds: how many there are.
     """
 
-    x: tuple[Metres, Metres] = (-6.0, 6.0)
-    y: tuple[Metres, Metres] = (-4.0, 4.0)
+    x: tuple[Coordinate, Coordinate] = (-6.0, 6.0)
+    y: tuple[Coordinate, Coordinate] = (-4.0, 4.0)
     capture_distance: float = Setting(0.8, gt=0, le=100)
     ratio: float = Setting(0.7, gt=0, lt=1)
     time: float = Setting(120.0, gt=0, le=1e6)
     rounds: int = Setting(1, ge=1, le=100)
-
-    @model_validator(mode="after")
-    def _field_is_whole(self) -> "Settings":
-        for name, (low, high) in (("x", self.x), ("y", self.y)):
-            if not low < high:
-                raise ValueError(f"{name}: expected the low border first, got {[low, high]}")
-        return self
-
-    @property
-    def field(self) -> Rectangle:
-        """Where the hunted must stay."""
-        return Rectangle(self.x[0], self.y[0], self.x[1], self.y[1])
 
     @property
     def port(self) -> Rectangle | None:

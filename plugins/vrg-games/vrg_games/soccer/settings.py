@@ -3,8 +3,8 @@
 from pydantic import Field as Setting
 from pydantic import model_validator
 
+from vrg.games.settings import Pitch
 from vrg.regions import Circle, Rectangle
-from vrg.tables import Table
 from vrg.types import Vector
 from vrg_games.soccer import BLUES, REDS
 
@@ -12,19 +12,17 @@ SIDE = {REDS: -1.0, BLUES: 1.0}
 """The sign of x at a team's own goal."""
 
 
-class Settings(Table):
+class Settings(Pitch):
     """The [rules] table of a match file; lengths are in m, times in s of play.
 
     Args:
-        length, width: those of the field. goal: the width of a goal. depth: its depth.
+        goal: the width of a goal. depth: its depth.
         area_length, area_width: those of a defence area. circle: the radius of the centre circle.
         inside: how far inside the lines kicks are taken.
         kick_time: until a free kick is over that nobody takes. stuck: until a ball without progress is moved.
         time: that of the match.
     """
 
-    length: float = Setting(6.0, ge=2, le=100)
-    width: float = Setting(4.0, ge=1, le=100)
     goal: float = Setting(1.0, ge=0.2, le=50)
     depth: float = Setting(0.18, ge=0.05, le=5)
     area_length: float = Setting(0.8, ge=0.1, le=20)
@@ -44,11 +42,6 @@ class Settings(Table):
         return self
 
     @property
-    def field(self) -> Rectangle:
-        """The field."""
-        return Rectangle(-self.length / 2, -self.width / 2, self.length / 2, self.width / 2)
-
-    @property
     def middle(self) -> Circle:
         """The centre circle."""
         return Circle(0.0, 0.0, self.circle)
@@ -56,11 +49,11 @@ class Settings(Table):
     def goal_of(self, team: str) -> Rectangle:
         """The goal that a team defends."""
         near = self.length / 2
-        return self._mirrored(team, near, near + self.depth, self.goal)
+        return self.part(SIDE[team], near, near + self.depth, self.goal)
 
     def area_of(self, team: str) -> Rectangle:
         """The defence area of a team."""
-        return self._mirrored(team, self.length / 2 - self.area_length, self.length / 2, self.area_width)
+        return self.part(SIDE[team], self.length / 2 - self.area_length, self.length / 2, self.area_width)
 
     def legal(self, x: float, y: float) -> Vector:
         """The nearest place for a kick: inside the lines, and in front of defence areas."""
@@ -70,9 +63,3 @@ class Settings(Table):
             free = self.length / 2 - self.area_length - self.inside
             x = min(max(x, -free), free)
         return x, y
-
-    @staticmethod
-    def _mirrored(team: str, near: float, far: float, width: float) -> Rectangle:
-        if SIDE[team] > 0.0:
-            return Rectangle(near, -width / 2, far, width / 2)
-        return Rectangle(-far, -width / 2, -near, width / 2)
