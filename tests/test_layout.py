@@ -288,7 +288,7 @@ BUDGETS = {
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
     "games": 3_775,  # with the look of what lies on a field, rules that a match and batches share, shared settings
     "bus": 2_728,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
-    "hal/sim": 3_605,  # with passive bodies, real ones among them, what grips and pulls them, and robots that overlap
+    "hal/sim": 3_565,  # with passive bodies, real ones among them, what grips and pulls them, and robots that overlap
     "localisation": 590,  # with things that have no odometry
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_137,  # with passive bodies that are placed and published, and looks as rows of numbers

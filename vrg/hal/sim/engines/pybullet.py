@@ -3,8 +3,7 @@
 PyBullet computes the bodies: their weight, inertia, and contacts with walls and each other. The wheels stand on the
 ground without friction, and get the forces of vrg.hal.sim.engines.traction. PyBullet's own friction at a wheel is a
 pyramid along the map's axes (or, as a cone, far too weak), which made the turn rate vary by 15 to 40 % with the heading
-at any affordable number of iterations. The forces are computed for one robot after the other: between two calls of
-PyBullet that takes less time for 8 robots than arrays do.
+at any affordable number of iterations.
 
 A kinematic body has no mass. Before each physics step it is set to its place, with its speed, so that the solver pushes
 the other bodies at that speed. It is far taller than they are, so that no body is ever pushed on top of it.
@@ -15,15 +14,13 @@ library, whose last bits vary with the processor.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from vrg.hal.models import RobotModel
-from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.engines import check_installed
-from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Push, Start, bumper_bit
-from vrg.hal.sim.engines.traction import GIVE, MAX_PHYSICS_STEP, damped_slip
+from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, Push, Start, bumper_bit
+from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.robot import GRAVITY
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
@@ -48,26 +45,6 @@ _TALL = 10.0
 _SQUEEZED = 0.02
 """The depth in m that a body may be pressed into a wall. Beyond it the kinematic body lets the other body through."""
 
-BodyState = tuple[tuple[float, float, float], float, float, float, float]
-"""The motion of a body in the map's frame: its place in m, its heading in rad, its speeds along x and y in m/s, and its
-yaw rate in rad/s."""
-
-
-class Tyre(NamedTuple):
-    """A wheel that a motor turns: its axis, its place in the body's frame in m, and the direction in which it rolls."""
-
-    axis: int
-    x: float
-    y: float
-    cos: float
-    sin: float
-    rollers: bool
-
-    @classmethod
-    def of(cls, wheel: Wheel, axis: int) -> "Tyre":
-        """The tyre of a wheel."""
-        return cls(axis, wheel.x, wheel.y, *cos_sin(wheel.heading), wheel.rollers)
-
 
 class BulletEngine(Engine):
     """An engine that moves rigid bodies with PyBullet, in a physics client of its own without a window."""
@@ -84,15 +61,12 @@ class BulletEngine(Engine):
         ]
         self._passing: set[tuple[int, int]] = set()
         """The pairs of a kinematic body and a body that it lets through until the two are apart."""
-        self._radii: Floats = np.array([m.drivetrain.wheel_radius for m in self.models]).reshape(-1, 1)
-        self._tyres = [
-            [Tyre.of(w, w.axis) for w in model.drivetrain.wheels if w.axis is not None] for model in self.models
-        ]
-        self._damped = [damped_slip(model) for model in self.models]
-        """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
-        self._motions: list[BodyState] = [self._motion(body) for body in self._bodies]
-        self._stretches: list[list[tuple[float, float]]] = [[] for _ in robots]
-        """The stretch of the tyres of each robot: for each wheel ahead and aside, m."""
+        self._traction = Traction(robots)
+        self._forces: Floats = np.zeros((len(robots), 3))
+        self._places = [(0.0, 0.0, 0.0)] * len(robots)
+        """The place of each body, m."""
+        self._cos, self._sin, self._rates = np.ones(len(robots)), np.zeros(len(robots)), np.zeros((len(robots), 3))
+        """The cosine and the sine of each heading; the speeds along x and y in m/s, and the turn rate in rad/s."""
         for row in range(len(robots)):
             self._placed(row)
 
@@ -110,20 +84,18 @@ class BulletEngine(Engine):
         aims = self.speeds
         aims[self._braking] = 0.0  # the wheels lock at once; friction decides how fast that stops the body
         self.angles += aims * dt
-        rims = (aims * self._radii).tolist()
+        rims = self._traction.rims(aims)
         carried = self.kinematic.nonzero()[0].tolist()
         driven = (~self.kinematic).nonzero()[0].tolist()
         for remaining_steps in range(steps, 0, -1):
             for row in carried:
                 self._carry(row, remaining_steps * dt / steps)
-            for row in driven:
-                self._pull(row, dt / steps, rims[row])
+            self._pull(dt / steps, rims, driven)
             pybullet.stepSimulation(physicsClientId=client)
             for row in carried:
                 self._restrain(row)
-            for row in driven:
-                self._motions[row] = self._motion(self._bodies[row])
-        self._read(driven)
+            self._look(driven)
+        self._read()
         for row in carried:
             self.touch[row] = self._pressed(self._bodies[row], self.models[row], *self.poses[row].tolist())
         if self._passing:
@@ -138,12 +110,12 @@ class BulletEngine(Engine):
     def _placed(self, row: int) -> None:
         body, model = self._bodies[row], self.models[row]
         x, y, theta = self.poses[row].tolist()
-        self._stretches[row] = [(0.0, 0.0)] * len(self._tyres[row])
+        self._traction.release(row)
         pybullet.resetBasePositionAndOrientation(
             body, (x, y, model.drivetrain.wheel_radius), _turn(theta), physicsClientId=self._client
         )
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
-        self._motions[row] = self._motion(body)
+        self._look([row])
 
     def _pushed(self, push: Push) -> None:
         client, body = self._client, self._bodies[push.row]
@@ -154,7 +126,7 @@ class BulletEngine(Engine):
             pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=client)
         speeds = (vx + push.vx, vy + push.vy, vz)
         pybullet.resetBaseVelocity(body, speeds, (wx, wy, wz + push.w), physicsClientId=client)
-        self._motions[push.row] = self._motion(body)
+        self._look([push.row])
 
     def _moved(self, row: int, way: float, turn: float) -> None:
         """Do nothing: the next step moves the body there."""
@@ -240,64 +212,40 @@ class BulletEngine(Engine):
         x, y, theta = self.poses[row].tolist()
         return Box(x, y, theta, self.models[row].length, self.models[row].width)
 
-    def _pull(self, row: int, dt: float, rims: list[float]) -> None:
-        """Apply the wheels' traction for the next physics step, of dt seconds, and stretch the tyres.
+    def _pull(self, dt: float, rims: Floats, rows: list[int]) -> None:
+        """Apply the traction of the wheels of these bodies for the next physics step, of dt seconds.
 
         Args:
-            rims: the speed of the rims of each axis, m/s.
+            rims: the speeds of the rims of all wheels, m/s.
         """
-        client, body, model, stretches = self._client, self._bodies[row], self.models[row], self._stretches[row]
-        damped = self._damped[row]
-        place, theta, vx, vy, w = self._motions[row]
-        c, s = cos_sin(theta)
-        ahead, aside = vx * c + vy * s, vy * c - vx * s
-        force_ahead = force_aside = moment = 0.0  # as fractions of a wheel's friction
-        for n, (axis, at_x, at_y, cos, sin, rollers) in enumerate(self._tyres[row]):
-            rim, along, across = rims[axis], ahead - w * at_y, aside + w * at_x
-            rolls = along * cos + across * sin
-            slip_aside = 0.0 if rollers else across * cos - along * sin
-            slip_ahead = rolls - rim
-            stretch_ahead, stretch_aside = stretches[n]
-            stretch_ahead += slip_ahead * dt
-            stretch_aside += slip_aside * dt
-            push_ahead = -slip_ahead / damped - stretch_ahead / GIVE
-            push_aside = -slip_aside / damped - stretch_aside / GIVE
-            size = math.sqrt(push_ahead * push_ahead + push_aside * push_aside)
-            slides = size > 1.0
-            if slides:
-                push_ahead /= size
-                push_aside /= size
-            if abs(push_ahead) > DRIVE and push_ahead * rim > 0.0 and push_ahead * rolls > 0.0:
-                push_ahead = math.copysign(DRIVE, rim)
-                slides = True
-            if slides:  # the spring gives what the damper leaves of the force
-                slip = math.sqrt(slip_ahead * slip_ahead + slip_aside * slip_aside)
-                spring_share = GIVE * max(0.0, 1.0 - slip / damped)
-                stretch_ahead, stretch_aside = -push_ahead * spring_share, -push_aside * spring_share
-            stretches[n] = stretch_ahead, stretch_aside
-            along, across = push_ahead * cos - push_aside * sin, push_ahead * sin + push_aside * cos
-            force_ahead += along
-            force_aside += across
-            moment += at_x * across - at_y * along
-        # The friction that gives the model's brake, times the load of a wheel that a motor can hold.
-        grip = model.brake * model.mass / len(stretches)
-        force_ahead, force_aside = force_ahead * grip, force_aside * grip
-        force = (force_ahead * c - force_aside * s, force_ahead * s + force_aside * c, 0.0)
-        pybullet.applyExternalForce(body, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client)
-        pybullet.applyExternalTorque(body, -1, (0.0, 0.0, moment * grip), pybullet.WORLD_FRAME, physicsClientId=client)
+        self._traction.press(dt, self._cos, self._sin, self._rates, rims, self._forces)
+        client, forces = self._client, self._forces.tolist()
+        for row in rows:
+            (x, y, moment), body = forces[row], self._bodies[row]
+            place = self._places[row]
+            pybullet.applyExternalForce(body, -1, (x, y, 0.0), place, pybullet.WORLD_FRAME, physicsClientId=client)
+            pybullet.applyExternalTorque(body, -1, (0.0, 0.0, moment), pybullet.WORLD_FRAME, physicsClientId=client)
 
-    def _read(self, driven: list[int]) -> None:
-        for row in driven:
-            (x, y, _), theta, vx, vy, w = self._motions[row]
+    def _look(self, rows: list[int]) -> None:
+        """Find where these bodies are, and how they move."""
+        for row in rows:
+            body = self._bodies[row]
+            place, (x, y, z, w) = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+            (vx, vy, _), (_, _, rate) = pybullet.getBaseVelocity(body, physicsClientId=self._client)
+            cos, sin = 1.0 - 2.0 * (y * y + z * z), 2.0 * (w * z + x * y)
+            length = math.sqrt(cos * cos + sin * sin)  # below 1 of a body that leans
+            self._places[row] = place
+            self._cos[row], self._sin[row], self._rates[row] = cos / length, sin / length, (vx, vy, rate)
+
+    def _read(self) -> None:
+        turns, rates = zip(self._cos.tolist(), self._sin.tolist(), strict=True), self._rates.tolist()
+        for row, ((x, y, _), (cos, sin), (vx, vy, w)) in enumerate(zip(self._places, turns, rates, strict=True)):
+            if self.kinematic[row]:
+                continue
+            theta = atan2(sin, cos)
             self.poses[row] = x, y, theta
-            c, s = cos_sin(theta)
-            self.velocities[row] = vx * c + vy * s, w, vy * c - vx * s
+            self.velocities[row] = vx * cos + vy * sin, w, vy * cos - vx * sin
             self.touch[row] = self._pressed(self._bodies[row], self.models[row], x, y, theta)
-
-    def _motion(self, body: int) -> BodyState:
-        place, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-        (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=self._client)
-        return place, _yaw(turn), vx, vy, w
 
     def _pressed(self, body: int, model: RobotModel, x: float, y: float, theta: float) -> int:
         """The bumpers in contact, as bits. A side against something touches it at both ends, so the middle counts."""
