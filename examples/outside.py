@@ -40,9 +40,9 @@ class Match:
         match key.removeprefix(self.root), version:
             case "clock", 1:
                 self.time = stamp
-            case "referee/state", 7:
+            case "referee/state", 8:
                 self.referee = body
-            case "poses", 7:
+            case "poses", 8:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}
 
     def line(self, player: str) -> str:

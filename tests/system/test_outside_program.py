@@ -1,12 +1,14 @@
 """A program that has nothing of VRG listens to a match and drives a robot: examples/outside.py."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from vrg.bus.messages import Clock, Poses, RefereeState
 from vrg.testing.processes.match import LiveMatch
 
 pytestmark = pytest.mark.system
@@ -19,6 +21,12 @@ def test_it_needs_only_zenoh_and_messagepack() -> None:
     named = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
     named |= {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
     assert {name for name in named if name.split(".")[0] not in sys.stdlib_module_names} == {"zenoh", "msgpack"}
+
+
+def test_it_reads_the_messages_of_today() -> None:
+    cases = re.findall(r'case "([a-z/]+)", (\d+):', PROGRAM.read_text(encoding="utf-8"))
+    versions = {key: int(version) for key, version in cases}
+    assert versions == {"clock": Clock.version, "referee/state": RefereeState.version, "poses": Poses.version}
 
 
 def test_it_hears_the_match_and_drives_a_robot(match: LiveMatch) -> None:
