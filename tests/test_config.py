@@ -90,6 +90,10 @@ WRONG = {
     "8: sed: unknown field, did you mean 'seed'?": but(("seed = 0", "sed = 0")),
     "15: rules.zone_dept: unknown field, did you mean 'zone_depth'?": but(("zone_depth", "zone_dept")),
     "24: players.1.colour: unknown field": with_tables("", 'colour = "red"\n'),
+    "24: players.1.modle: unknown field, did you mean 'model'?": with_tables("", 'modle = "P2AT"\n'),
+    "24: not TOML: Cannot declare ('players',) twice (at line 24, column 9): write [[players]] for each of several": (
+        GOOD.replace("[[players]]", "[players]")
+    ),
     "24: players.2.name: missing": but(('name = "player2"\n', "")),
     "1: map: missing": but(('map = "courtyard"\n', "")),
     "1: players: missing": GOOD[: GOOD.index("[[players]]")],

@@ -294,12 +294,12 @@ BUDGETS = {
     "coordinator": 2_137,  # with passive bodies that are placed and published, and looks as rows of numbers
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
     "hal": 1_630,  # actuators; the permission of robots, which the world uses too; samples that are made when looked at
-    "shared values": 1_865,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
+    "shared values": 1_870,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_185,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_508,  # with words and sketches that are rounded, and beams that are computed once
     "recording": 1_160,  # with what a file of MCAP cannot hold, and the ways of bodies
     "playing": 2_180,  # with matches over processes, and readings that a strategy elsewhere asks for
-    "config": 973,  # the tables of bodies; what processes get is a thing of its own
+    "config": 975,  # the tables of bodies; what processes get is a thing of its own
     "launch/sandbox": 677,  # with where plug-ins lie, of which nobody hides one, and signals
     "navigation": 455,
     "seats": 500,

@@ -5,6 +5,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
+from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
 
 import msgspec
@@ -42,18 +43,24 @@ RegionSetting = Annotated[
 is a rectangle. People write the angles of a sector in degrees."""
 
 
-def problems_of(error: ValidationError, prefix: Path = (), fields: Iterable[str] = ()) -> list[Problem]:
+def problems_of(
+    error: ValidationError,
+    prefix: Path = (),
+    fields: Iterable[str] = (),
+    lists: Mapping[str, Iterable[str]] = MappingProxyType({}),
+) -> list[Problem]:
     """Convert the errors that pydantic has found into problems, in the words of this project.
 
     Args:
         prefix: the path in the file of the table that was checked. fields: the names of its fields, to guess at the one
-            that was meant by a field that is not known.
+            that was meant by a field that is not known. lists: those of the tables of its lists of tables, by name.
     """
     found = []
     for detail in error.errors():
-        unknown = detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1
-        guess = did_you_mean(str(detail["loc"][0]), fields) if unknown else ""
-        found.append(Problem(_words(detail) + guess, (*prefix, *detail["loc"])))
+        place = detail["loc"]
+        known = fields if len(place) == 1 else lists.get(str(place[0]), ()) if len(place) == 3 else ()
+        guess = did_you_mean(str(place[-1]), known) if detail["type"] == "extra_forbidden" else ""
+        found.append(Problem(_words(detail) + guess, (*prefix, *place)))
     return found
 
 
@@ -174,8 +181,9 @@ def parsed(text: str, file: FilePath | str) -> dict[str, Any]:
     try:
         return toml_of(text)
     except tomllib.TOMLDecodeError as error:
-        line = re.search(r"line (\d+)", str(error))
-        raise ConfigError([Problem(f"not TOML: {error}", (), str(file), int(line[1]) if line else 1)]) from None
+        line, twice = re.search(r"line (\d+)", str(error)), re.search(r"declare \('(\w+)',\) twice", str(error))
+        advice = f": write [[{twice[1]}]] for each of several tables" if twice else ""
+        raise ConfigError([Problem(f"not TOML: {error}{advice}", (), str(file), int(line[1]) if line else 1)]) from None
 
 
 def located(problems: Iterable[Problem], file: FilePath | str, text: str) -> list[Problem]:

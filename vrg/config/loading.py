@@ -11,7 +11,7 @@ from msgspec import structs
 from pydantic import TypeAdapter, ValidationError
 
 from vrg.config import checks
-from vrg.config.files import HERE, PLACED, MatchFile, TeamTable
+from vrg.config.files import HERE, PLACED, BodyEntry, MatchFile, PlayerEntry, TeamTable
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import CheckedMatch, MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, FileError, Problem
@@ -213,7 +213,8 @@ class _Checker:
             file = _FILE.validate_python(data)
             self._numbers = range(len(file.players))
         except ValidationError as error:
-            self.problems += problems_of(error, fields=MatchFile.__struct_fields__)
+            lists = {"players": PlayerEntry.__struct_fields__, "bodies": BodyEntry.__struct_fields__}
+            self.problems += problems_of(error, fields=MatchFile.__struct_fields__, lists=lists)
             # All that is left is checked too, so that a person sees all mistakes at once.
             try:
                 file = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
