@@ -20,7 +20,7 @@ from vrg.hal.sim.bodies import Bodies
 from vrg.hal.sim.config import BodySetup
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Floats, Start
-from vrg.hal.sim.front import Grip, Pull
+from vrg.hal.sim.front import Grip, Pull, kick
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.rigid import Rigid
 from vrg.hal.sim.shapes import Box
@@ -340,3 +340,15 @@ def test_nobody_takes_what_another_one_holds() -> None:
     bodies.hold(0, Grip(1, "gripper", crate_at()))
     bodies.grip(0, ORIGIN, HANDY, HANDY.actuators[0], True)  # type: ignore[arg-type]
     assert [grip.row for grip in bodies.grips.values()] == [1]
+
+
+def test_nothing_takes_kicks_or_pulls_a_real_ball() -> None:
+    bodies, [ball] = among(replace(ROUND, tracked=True))
+    place, reach = (ball.x, ball.y), ROUND.radius + FRONT
+    bodies.track("ball", Pose(reach + 0.01, 0.0, 0.0), STILL)
+    bodies.grip(0, ORIGIN, HANDY, HANDY.actuators[0], closed=True)  # type: ignore[arg-type]
+    assert not kick([ball], ORIGIN, STILL, HANDY, HANDY.actuators[2], 4.0)  # type: ignore[arg-type]
+    bodies.step(DT, rows(ORIGIN), rows(ORIGIN), np.zeros((1, 3)), share(1.0))
+    assert (ball.x, ball.y) == (reach + 0.01, 0.0) != place
+    assert not bodies.grips
+    assert not ball.moves
