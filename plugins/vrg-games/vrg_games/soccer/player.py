@@ -25,7 +25,9 @@ FRONT = 0.2
 PASS = 0.2
 """How far a robot passes by another one, m."""
 STRAIGHT = 0.12
-"""The error of the direction to the goal up to which a robot kicks, rad."""
+"""The error of the direction up to which a robot sends the ball ahead, rad."""
+MISS = 0.2
+"""How far beside the place that it aims at a shot may cross the goal line, m."""
 PLATE = 0.05
 """The distance in m beside that line up to which the kicker meets the ball."""
 ASIDE = 0.15
@@ -40,7 +42,7 @@ CORNER = 0.45
 """How far beside the middle of the goal it is shot at, m."""
 SHOT, TAP = 6.0, 2.2
 """The speeds of a shot at the goal, and of a ball that is only sent ahead, m/s."""
-FAR = 3.0
+FAR = 5.5
 """The distance to the goal from which it is shot at, m."""
 
 
@@ -123,11 +125,15 @@ class Footballer(Strategy):
         keeper = next((p.pose for p in view.others() if p.team != view.me.team and p.role.endswith("keeper")), None)
         aside = 0.0 if keeper is None else math.copysign(CORNER, -keeper.y if abs(keeper.y) > 0.02 else ball.y + 1e-9)
         goal = (target[0], target[1] + aside)
-        near = math.dist((ball.x, ball.y), target) < FAR
-        return self._strike(view, ball, goal, SHOT if near else TAP)
+        far = math.dist((ball.x, ball.y), goal)
+        if far < FAR:
+            return self._strike(view, ball, goal, SHOT, min(STRAIGHT, MISS / far))
+        return self._strike(view, ball, goal, TAP)
 
-    def _strike(self, view: View, ball: FieldObject, target: Vector, speed: float) -> Twist | Action:
-        """Get behind the ball, and kick it at a target."""
+    def _strike(
+        self, view: View, ball: FieldObject, target: Vector, speed: float, error: float = STRAIGHT
+    ) -> Twist | Action:
+        """Get behind the ball, and kick it at a target as soon as the direction is wrong by less than this, rad."""
         soon = (ball.x + 0.25 * ball.vx, ball.y + 0.25 * ball.vy)
         ux, uy = scaled((target[0] - soon[0], target[1] - soon[1]), 1.0)
         dx, dy = self._here.x - soon[0], self._here.y - soon[1]
@@ -139,7 +145,7 @@ class Footballer(Strategy):
             aim = off - max(-0.5, min(0.5, 4.0 * across))
             w = max(-TURN, min(TURN, 5.0 * aim))
             if abs(aim) < 0.4:
-                straight = abs(off) < STRAIGHT and abs(across) < PLATE
+                straight = abs(off) < error and abs(across) < PLATE
                 twist = Twist(view.robot.v_max if straight else 0.5, w)
                 return Action(twist, use={"kicker": speed}) if straight else twist
             return Twist(-0.2 if along > -reach - 0.04 else 0.0, w)
