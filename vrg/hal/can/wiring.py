@@ -174,7 +174,8 @@ class RobotWiring(Table):
         for name, wired in self.outputs.items():
             actuator, pulse = known.get(name), wired.pulse
             if actuator is None:
-                problems.append(f"{name}: {expected_one_of(list(known), name)}")
+                has_none = f"the model of {robot} has no actuators, so that nothing can be wired to an output"
+                problems.append(f"{name}: {expected_one_of(list(known), name) if known else has_none}")
             elif isinstance(actuator, Kicker) != (pulse is not None):
                 wanted = (
                     "a `pulse` in s, for which a kick is on" if pulse is None else "no `pulse`: only a kicker has one"

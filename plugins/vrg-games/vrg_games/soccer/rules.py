@@ -274,7 +274,9 @@ class Soccer(RuleBook[SoccerState]):
         x = self.settings.length / 4
         spots = [each for each in ((0.0, 0.0), (-x, 0.0), (x, 0.0)) if math.dist(each, at) > PROGRESS]
         spot = min(spots, key=lambda each: math.dist(each, at))
-        call = Call(rule="no_progress", text="no progress: the ball is put on a spot", poses=(ball.pose,))
+        call = Call(
+            rule="no_progress", text=f"no progress: the ball is put on ({spot[0]:g}, {spot[1]:g})", poses=(ball.pose,)
+        )
         put = self._kick_for(state, "", spot, clock)
         return Verdict(put, [call], place={self._ball.name: Pose(*spot, 0.0)})
 

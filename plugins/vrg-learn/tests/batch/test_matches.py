@@ -67,6 +67,8 @@ def test_a_match_is_truncated_where_that_is_asked_for(in_python: None) -> None:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_actions_that_cannot_be_are_refused_and_change_nothing(threads: int, in_python: None) -> None:
     batch, other = Batch(SHARKS, 2, threads=threads), Batch(SHARKS, 2, threads=threads)
+    with pytest.raises(ConfigError, match="call reset first"):
+        batch.step(random(batch, 0))
     batch.reset()
     other.reset()
     bad = random(batch, 0)

@@ -118,7 +118,7 @@ class Batch:
             self._begin = compiled(stepping.begin_all, **functions)
         edges = np.linspace(0, matches, min(threads or cores(), matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
-        self._closed = False
+        self._closed = self._begun = False
         self._pool = ThreadPoolExecutor(len(self._parts)) if len(self._parts) > 1 else None
 
     def play_by(self, matches: slice, team: str, strategy: str | None, *, advice: bool = False) -> None:
@@ -137,6 +137,7 @@ class Batch:
         if team not in self.teams[:2] or strategy not in (None, *self.strategies):
             known = f"one of {', '.join(self.teams[:2])} by one of {', '.join(self.strategies) or 'no strategies'}"
             raise ValueError(f"play_by: expected {known}, got {team} by {strategy}")
+        self._begun = self._begun and self.referees is None  # which make the players of a match when it begins
         number = -1 if strategy is None else self.strategies.index(strategy)
         self.records.plans.strategy[matches, self.teams.index(team)] = number
         self.records.plans.driving[matches, self.teams.index(team)] = strategy is not None and not advice
@@ -155,6 +156,7 @@ class Batch:
         """Begin all matches again, and return the observations: shape (matches, players, length)."""
         if seed is not None:
             chance.seed(self.records.chance, seed)
+        self._begun = True
         self._begin(0, self.matches, self.records, self.walls, self.vary, self.out)
         return self.out.observations
 
@@ -165,10 +167,13 @@ class Batch:
             actions: shape (matches, players, 2): shares of each model's top speed and turn rate, -1 to 1.
 
         Raises:
-            ValueError: they have another shape, or one is not finite, or not real. ConfigError: the batch was closed.
+            ValueError: they have another shape, or one is not finite, or not real.
+            ConfigError: the batch was closed, or its matches have not begun.
         """
         if self._closed:
             raise ConfigError("step: expected a batch that is open, but it was closed: make another one")
+        if not self._begun:
+            raise ConfigError("step: expected matches that have begun: call reset first, and again after play_by")
         expected = (self.matches, len(self.players), 2)
         if actions.shape != expected or np.iscomplexobj(actions) or not np.isfinite(actions).all():
             got = f"shape {actions.shape}" if actions.shape != expected else "some that are not finite, or not real"
