@@ -284,7 +284,7 @@ def test_a_command_does_not_load_the_others() -> None:
 BUDGETS = {
     "ui": 5_880,  # with things of any form and their ways, a crowd, gamepads, the emergency stop, what a match awaits
     "commands": 2_868,  # with an emergency stop that tries all ways, what to do after a match; the kernel
-    "hal/can": 2_896,  # with drives that are met again, judges of one thing each, and actuators at digital outputs
+    "hal/can": 2_900,  # with drives that are met again, judges of one thing each, and actuators at digital outputs
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
     "games": 3_775,  # with the look of what lies on a field, rules that a match and batches share, shared settings
     "bus": 2_728,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
