@@ -286,12 +286,12 @@ BUDGETS = {
     "commands": 2_868,  # with an emergency stop that tries all ways, what to do after a match; the kernel
     "hal/can": 2_900,  # with drives that are met again, judges of one thing each, and actuators at digital outputs
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
-    "games": 3_775,  # with the look of what lies on a field, rules that a match and batches share, shared settings
+    "games": 3_773,  # with the look of what lies on a field, rules that a match and batches share, shared settings
     "bus": 2_728,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
-    "hal/sim": 3_565,  # with passive bodies, real ones among them, what grips and pulls them, and robots that overlap
+    "hal/sim": 3_555,  # with passive bodies, real ones among them, what grips and pulls them, and robots that overlap
     "localisation": 590,  # with things that have no odometry
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
-    "coordinator": 2_137,  # with passive bodies that are placed and published, and looks as rows of numbers
+    "coordinator": 2_134,  # with passive bodies that are placed and published, and looks as rows of numbers
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
     "hal": 1_630,  # actuators; the permission of robots, which the world uses too; samples that are made when looked at
     "shared values": 1_870,  # figures of a picture; what plug-ins add and show; whom an error is about; releases

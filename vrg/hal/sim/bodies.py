@@ -2,8 +2,8 @@
 
 An engine moves the robots; then this moves the bodies among them. What a body does to a robot goes back to the engine
 as a change of the robot's velocity, which its motors then work against: so a robot pushes a box as long as its motors
-overcome the friction, and a robot with a heavy box speeds up more slowly. A tracked body is where it was
-seen: it pushes others with its mass, and stops them, but nothing moves it.
+overcome the friction, and a robot with a heavy box speeds up more slowly. A tracked body is where it was seen: it
+pushes others with its mass, and stops them, but nothing moves it.
 
 The floor slows a disc, which rolls, by friction times gravity. An outline slides: its friction is that of the limit
 surface as an ellipsoid (R. D. Howe and M. R. Cutkosky, "Practical force-motion models for sliding manipulation", 1996),

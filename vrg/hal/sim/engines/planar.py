@@ -16,12 +16,11 @@ import numpy.typing as npt
 
 from vrg.hal.sim.compiled import kernel
 from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Push, Start, bumper_bit
-from vrg.hal.sim.engines.pushing import PUSH_ROUNDS, Walls, separate
+from vrg.hal.sim.engines.pushing import PUSH_ROUNDS, Walls, body, line, separate, wall_gap
 from vrg.hal.sim.map import Map
-from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
+from vrg.hal.sim.shapes import Gap, apart, box_gap, outline
 from vrg.portable.arrays import cos_sin_array, hypot
-from vrg.portable.scalars import atan2, cos_sin
-from vrg.regions import Circle
+from vrg.portable.scalars import atan2
 from vrg.types import Twist
 
 _PUSH = 0.2
@@ -45,9 +44,8 @@ class PlanarEngine(Engine):
 
     def __init__(self, map_: Map, robots: Sequence[Start]) -> None:
         super().__init__(map_, robots)
-        self._statics: list[Box | Circle] = [*map_.boxes, *map_.circles]
         self._outlines = [outline(box) for box in map_.boxes]
-        """The data of the walls and obstacles that are boxes, which come first in `_statics`."""
+        """The data of the walls and obstacles that are boxes, which come first in `_walls`."""
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
         self._box_at, self._box_half = boxes[:, :2].copy(), boxes[:, 3:].copy()
         self._box_cos, self._box_sin = np.array(cos_sin_array(boxes[:, 2]))
@@ -171,12 +169,13 @@ class PlanarEngine(Engine):
         self._contacts = {
             c for c in self._contacts if not (at_walls[c[0]] if c[1] < 0 else at_robots[c[0]] or at_robots[c[1]])
         }
+        at, robots = self._here(), self._robots
         for row, static in at_wall:
-            self._note(self._gap(row, static), row, -1)
+            self._note(at, wall_gap(at, robots, self._walls, row, static), row, -1)
         for row, other in touching:
-            gap = box_gap(self._body(row), self._body(other))
-            self._note(gap, row, other)
-            self._note(gap, other, row)
+            gap = box_gap(body(at, robots, row), body(at, robots, other))
+            self._note(at, gap, row, other)
+            self._note(at, gap, other, row)
             if gap.distance < 0.0 and (self.kinematic[row] or self.kinematic[other]):
                 self._budgets[1, row] = -1.0  # it is pushed on at the next step, also if both stand still
         self.touch = [0] * len(self.names)
@@ -245,11 +244,8 @@ class PlanarEngine(Engine):
         """Those of the (robot, wall) and (robot, robot) pairs whose outlines are less than `distance` apart, m."""
         if not (walls or pairs):
             return [], []
-        rows = list({row for row, _ in walls}.union(*pairs))
-        lines: dict[int, Outline] = {}
-        for row, (x, y, heading) in zip(rows, self.poses[rows].tolist(), strict=True):
-            model = self.models[row]
-            lines[row] = x, y, *cos_sin(heading), model.length / 2, model.width / 2
+        at, robots = self._here(), self._robots
+        lines = {row: line(at, robots, row) for row in {row for row, _ in walls}.union(*pairs)}
         boxes = len(self._outlines)
         return [
             (row, static)
@@ -257,7 +253,7 @@ class PlanarEngine(Engine):
             if not (
                 apart(lines[row], self._outlines[static], distance)
                 if static < boxes
-                else self._gap(row, static).distance >= distance
+                else wall_gap(at, robots, self._walls, row, static).distance >= distance
             )
         ], [(row, other) for row, other in pairs if not apart(lines[row], lines[other], distance)]
 
@@ -289,17 +285,12 @@ class PlanarEngine(Engine):
         self._budgets[:, motion.moved] = 0.0
         return True
 
-    def _note(self, gap: Gap, row: int, other: int) -> None:
+    def _here(self) -> SimpleNamespace:
+        """The poses of the robots, as `pushing` has them."""
+        return SimpleNamespace(poses=self.poses.tolist())
+
+    def _note(self, at: SimpleNamespace, gap: Gap, row: int, other: int) -> None:
         if gap.distance < CONTACT:
-            x, y, theta = self.poses[row].tolist()
+            x, y, theta = at.poses[row]
             bearing = atan2(gap.y - y, gap.x - x) - theta
             self._contacts.add((row, other, bumper_bit(self.models[row], bearing)))
-
-    def _gap(self, row: int, static: int) -> Gap:
-        body, shape = self._body(row), self._statics[static]
-        return box_gap(body, shape) if isinstance(shape, Box) else circle_gap(body, shape)
-
-    def _body(self, row: int) -> Box:
-        model = self.models[row]
-        x, y, heading = self.poses[row].tolist()
-        return Box(x, y, heading, model.length, model.width)
