@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from vrg.coordinator.rulebook import Call, Observation
+from vrg.coordinator.rulebook import Observation
 from vrg.geometry import interpolate
 from vrg.types import Pose
 
@@ -51,19 +51,14 @@ class Look:
         self.rules, self.players, self.instants = [0] * most, [NO_ONE] * most, [math.inf] * most
         self.others: dict[int, list[bool]] = defaultdict(lambda: [False] * len(names))
 
-    def noted(self) -> Iterator[tuple[int, tuple[str, ...], float]]:
-        """The rule, the players and the instant of each call, in order."""
+    def noted(self) -> Iterator[tuple[int, tuple[str, ...], tuple[Pose, ...]]]:
+        """The rule and the players of each call, in order, with the poses that those had who are there."""
         for k in range(self.total):
-            first = () if self.players[k] == NO_ONE else (self.names[self.players[k]],)
-            others = (name for name, named in zip(self.names, self.others[k], strict=True) if named)
-            yield self.rules[k], (*first, *others), self.instants[k]
+            first = () if self.players[k] == NO_ONE else (self.players[k],)
+            rows = (*first, *(n for n, named in enumerate(self.others[k]) if named))
+            yield self.rules[k], tuple(self.names[n] for n in rows), tuple(self._poses(rows, self.instants[k]))
 
-    def call(self, rule: str, text: str, players: Sequence[str], at: float) -> Call:
-        """A call about players, with the pose that each had at an instant."""
-        rows = [self.names.index(name) for name in players]
-        poses = [
-            self._ends[n] if at == math.inf else interpolate(self._starts[n], self._ends[n], at)
-            for n in rows
-            if self.here[n]
-        ]
-        return Call(rule=rule, text=text, players=tuple(players), poses=tuple(poses))
+    def _poses(self, rows: Sequence[int], at: float) -> Iterator[Pose]:
+        for n in rows:
+            if self.here[n]:
+                yield self._ends[n] if at == math.inf else interpolate(self._starts[n], self._ends[n], at)

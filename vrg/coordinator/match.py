@@ -400,8 +400,9 @@ class Match:
         self._before = now
         self.game = verdict.state
         stages = [self._enter(Stage.ROUND_OVER)] if verdict.round_over else []
-        tracked = {name for name, body in self._book.bodies.items() if body.tracked}
-        place = {name: pose for name, pose in verdict.place.items() if name not in now.physical | tracked}
+        bodies = self._book.bodies
+        by_people = {n for n in verdict.place if n in now.physical or (n in bodies and bodies[n].tracked)}
+        place = {name: pose for name, pose in verdict.place.items() if name not in by_people}
         return Effects(verdict.calls, stages, place=place)
 
     def _judge(self, game: Any, before: Observation, now: Observation) -> Verdict[Any]:

@@ -129,7 +129,7 @@ class RoboFlag(RuleBook[State]):
     def _calls(self, state: State, look: Look) -> list[Call]:
         """What was called at a look, from the state before it."""
         calls, points, carried = [], dict(state.points), set(state.in_state(FLAGGED))
-        for rule, players, at in look.noted():
+        for rule, players, poses in look.noted():
             name, *taggers = players or ("",)
             opponents = other(self.teams.get(name, ""))
             match rule:
@@ -148,7 +148,7 @@ class RoboFlag(RuleBook[State]):
                     text += f", and the flag of {opponents} returns" if name in carried else ""
                 case _:
                     text = f"the time of round {state.round} is up"
-            calls.append(look.call(judging.RULES[rule], text, players, at))
+            calls.append(Call(rule=judging.RULES[rule], text=text, players=players, poses=poses))
         return calls
 
     def _after(self, state: State, standing: SimpleNamespace) -> State:

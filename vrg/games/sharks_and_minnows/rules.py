@@ -125,22 +125,21 @@ class SharksAndMinnows(RuleBook[State]):
         minnows, sharks = standing.points
         state = state.with_points(MINNOWS, minnows).with_points(SHARKS, sharks)
         state = state.with_state([name for name, on in zip(names, standing.active, strict=True) if not on], INACTIVE)
-        return Verdict(state, [self._call(state, look, *noted) for noted in look.noted()], round_over=over)
+        return Verdict(state, [self._call(state, *noted) for noted in look.noted()], round_over=over)
 
-    def _call(self, state: State, look: Look, rule: int, players: tuple[str, ...], at: float) -> Call:
-        call = look.call(judging.RULES[rule], "", players, at)
+    def _call(self, state: State, rule: int, players: tuple[str, ...], poses: tuple[Pose, ...]) -> Call:
         match rule:
             case judging.TAGGED:
                 what = f"{players[0]} is tagged by {' and '.join(players[1:])}, and out of this pass"
             case judging.OUT_OF_BOUNDS:
-                where = f"({call.poses[0].x:.2f}, {call.poses[0].y:.2f})"
+                where = f"({poses[0].x:.2f}, {poses[0].y:.2f})"
                 what = f"{players[0]} is out of bounds at {where}, and out of this pass"
             case judging.LATE:
                 what = f"{players[0]} is not in the safe zone after {self.pass_limit:.0f} s, and out of this pass"
             case _:
                 left = f"{len(players)} minnow{'' if len(players) == 1 else 's'} left"
                 what = f"pass {state.round} of {self.rounds} is over, {left}"
-        return structs.replace(call, text=what)
+        return Call(rule=judging.RULES[rule], text=what, players=players, poses=poses)
 
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or let inactive players become sharks and the teams swap ends."""
