@@ -1,6 +1,5 @@
 """A thousand random games in which the rule book and the slow referee must agree on every call and every state."""
 
-import inspect
 import random
 from collections import Counter
 from fractions import Fraction
@@ -8,6 +7,7 @@ from types import FunctionType
 
 import pytest
 
+from tests.games.mistakes import plant
 from tests.games.roboflag.slow_referee import (
     FLAGGED,
     NORMAL,
@@ -415,9 +415,6 @@ def test_both_referees_agree_at_every_tick(chunk: int) -> None:
 def test_they_disagree_where_the_rules_are_changed(
     function: FunctionType, old: str, new: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source, names = inspect.getsource(function), dict(vars(judging))
-    assert source.count(old) == 1
-    exec(source.replace(old, new), names)
-    monkeypatch.setattr(function, "__code__", names[function.__name__].__code__)
+    plant(monkeypatch, function, old, new)
     with pytest.raises(AssertionError):
         test_both_referees_agree_at_every_tick(0)

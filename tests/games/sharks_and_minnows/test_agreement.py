@@ -4,7 +4,6 @@ The slow referee knows nothing of the rule book: it looks at many instants of ea
 cannot tell within EPSILON what happened, the rule book is believed.
 """
 
-import inspect
 import itertools
 import math
 import random
@@ -14,6 +13,7 @@ from types import FunctionType
 
 import pytest
 
+from tests.games.mistakes import plant
 from vrg.bus.messages import FAILED, Official, OfficialAction, Stage
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Match
@@ -398,9 +398,6 @@ def test_they_agree_whatever_officials_decide(chunk: int) -> None:
 def test_they_disagree_where_the_rule_book_makes_a_mistake(
     function: FunctionType, old: str, new: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source, names = inspect.getsource(function), dict(vars(judging))
-    assert source.count(old) == 1
-    exec(source.replace(old, new), names)
-    monkeypatch.setattr(function, "__code__", names[function.__name__].__code__)
+    plant(monkeypatch, function, old, new)
     with pytest.raises(AssertionError):
         test_the_rule_book_and_a_slow_referee_agree_on_every_call()
