@@ -23,8 +23,7 @@ class Settings(Pitch):
     """The [rules] table of a match file; lengths are in m, times in s of play.
 
     Args:
-        depot: the side of a depot, in the middle of its
-            short side of the field: reds have that at the low x.
+        depot: the side of a depot, in the middle of its short side of the field: reds have that at the low x.
         pause: the time after a trespass in which the same player is not called again. time: that of the match.
     """
 

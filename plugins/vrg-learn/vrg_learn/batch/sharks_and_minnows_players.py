@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from vrg.agents.potential import SHARK_WEIGHT
+from vrg.coordinator.look import NO_ONE
 from vrg.games.sharks_and_minnows.judging import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.player import (
     CALM_DISTANCE,
@@ -24,7 +25,6 @@ from vrg.types import Vector
 from vrg_learn.batch.driving import Box, head, meeting_time, nearest_in, outside, scaled, within
 from vrg_learn.batch.records import Record
 
-NO_ONE = -1
 CROSS, EVADE = 0, 1
 """The modes of a minnow."""
 STRATEGIES: Final = ("sharks-and-minnows",)
