@@ -342,9 +342,13 @@ class Bodies:
             back = min(deepest.depth + _SLACK, max(0.0, way[0] * deepest.nx + way[1] * deepest.ny))
             for moved in {robot, *(part for _, part in near)}:
                 moved.put(moved.x - back * deepest.nx, moved.y - back * deepest.ny, moved.theta)
-            for rigid in (robot, body):  # both stand, as far as they press on each other
-                along = rigid.vx * deepest.nx + rigid.vy * deepest.ny - pressed
-                rigid.vx, rigid.vy = rigid.vx - along * deepest.nx, rigid.vy - along * deepest.ny
+            # Both stand as far as they press on each other; what parts, parts.
+            along = robot.vx * deepest.nx + robot.vy * deepest.ny - pressed
+            if along > 0.0:
+                robot.vx, robot.vy = robot.vx - along * deepest.nx, robot.vy - along * deepest.ny
+            along = body.vx * deepest.nx + body.vy * deepest.ny - pressed
+            if along < 0.0 and body.free and body not in self._robots:
+                body.vx, body.vy = body.vx - along * deepest.nx, body.vy - along * deepest.ny
         return robot.x - x, robot.y - y
 
     def _apart(self, near: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

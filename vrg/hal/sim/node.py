@@ -187,7 +187,7 @@ def place(world: World, places: Mapping[str, Pose]) -> None:
     while wrong := _without_room(world, {name: pose for name, pose in robots.items() if name not in refused}):
         refused |= wrong
     for name, pose in places.items():
-        # A body makes room by itself: what overlaps with it pushes it away.
+        # A body makes room by itself: what overlaps with it pushes it away, unless it is where it was seen.
         if name in world.tracked:
             refused[name] = f"place {name}: it is a real one, which only people can put there"
         elif name not in robots and not world.map.bounds.contains(pose.x, pose.y):
