@@ -304,6 +304,18 @@ def test_a_ball_within_reach_is_pulled_to_the_front_and_pulls_the_robot() -> Non
     assert ball.y == pytest.approx(0.05)
 
 
+@pytest.mark.parametrize("later", [{}, {"kicker": 0.0}, {"dribbler": 0.0}])
+def test_a_kick_or_a_grip_happens_also_where_another_command_follows_before_the_tick(later: dict[str, float]) -> None:
+    for first, so in (({"kicker": 3.0}, 0.05), ({"gripper": 1.0}, 0.0)):
+        made = handy("planar", replace(ROUND, pose=Pose(FRONT + 0.11, 0.0, 0.0)))
+        used(made, {})
+        made.drive("r", STILL, armed=True, use=first)
+        began, ended = seen(made)[0], used(made, later, DT)[-1][0]
+        assert (ended - began > so) is (so > 0.0)
+        assert bool(made.bodies.grips) is (so == 0.0)
+        made.close()
+
+
 def test_a_dribbler_turns_until_the_next_command_and_not_while_the_robot_is_held(engine: str) -> None:
     made = handy(engine, replace(ROUND, pose=Pose(FRONT + 0.11, 0.0, 0.0)))
     used(made, {"dribbler": 1.0}, 1.0, Twist(0.6, 0.0))

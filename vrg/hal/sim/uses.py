@@ -26,10 +26,13 @@ class Uses:
         self._wanted: dict[str, tuple[VirtualRobot, Mapping[str, float]]] = {}
 
     def hear(self, robot: VirtualRobot, use: Mapping[str, float]) -> None:
-        """Take in a command of a robot, which replaces its last one."""
-        self._wanted.pop(robot.name, None)
-        if use:
-            self._wanted[robot.name] = robot, use
+        """Take in a command of a robot, which replaces its last one, but for kicks and grips that are still to come."""
+        _, last = self._wanted.pop(robot.name, (robot, {}))
+        kinds = {name: type(robot.model.actuator(name)) for name in {**last, **use}}
+        coming = {name: value for name, value in last.items() if kinds[name] is not Dribbler}
+        kicks = {name: max(value, use.get(name, 0.0)) for name, value in coming.items() if kinds[name] is Kicker}
+        if wanted := {**coming, **use, **kicks}:
+            self._wanted[robot.name] = robot, wanted
 
     def act(self, now: float, permission: Permission, poses: Floats, velocities: Floats) -> list[Pull]:
         """Kick, grip and let go at match time `now`, s, and return what dribblers do in this tick.
