@@ -44,10 +44,11 @@ class Outputs:
         self._until = {name: until if until == math.inf else NEVER for name, until in self._until.items()}
 
     def use(self, name: str, value: float, now: float) -> None:
-        """Switch an output on for as long as it lasts, or off if the value is 0."""
+        """Switch an output on for as long as it lasts, or off if the value is 0; a kick that has begun is not cut."""
         output = self.wired[name]
         if value <= 0.0:
-            self._until[name] = NEVER
+            if not output.pause:
+                self._until[name] = NEVER
         elif now >= self._ready[name]:
             self._until[name], self._ready[name] = now + output.lasts, now + output.pause
 
