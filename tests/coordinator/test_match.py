@@ -1,10 +1,12 @@
 """The stages of Algorithm 3.1 and what an official may do, with a rule book made for it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from vrg.bus.messages import Official, OfficialAction, Stage, Thing
 from vrg.config.loading import load_match
@@ -354,11 +356,13 @@ def match_with_ball(*, tracked: bool) -> Match:
 
 def test_a_round_waits_for_a_real_ball_that_people_put_on_its_spot() -> None:
     match = match_with_ball(tracked=True)
-    for seen in (with_ball(2.0, lost=True), with_ball(2.0 + BY_HAND + 0.01)):
+    rolling = with_ball(2.0)
+    rolling = replace(rolling, things={"ball": structs.replace(rolling.things["ball"], vx=0.12, vy=-0.12)})
+    for seen in (with_ball(2.0, lost=True), with_ball(2.0 + BY_HAND + 0.01), rolling):
         for _ in range(round((Book.lineup_limit + 2 * PLACE_AGAIN) / 10.0)):
             outcome = match.step(10.0, seen, [])
             assert (match.stage, rules(outcome), outcome.place) == (Stage.INITIALIZE, [], {})
-            assert match.waiting == ["ball is not seen at (2, 0): put it there"]
+            assert match.waiting == ["ball does not lie at (2, 0): put it there"]
     assert rules(match.step(0.1, with_ball(2.0 + BY_HAND - 0.01), [])) == ["begin"]
 
 

@@ -346,7 +346,7 @@ class Match:
         obstacles = {name: why for name, why in every.items() if name not in self.disqualified}
         physical = [name for name in obstacles if name in now.physical]
         put = self._to_spots(now, BY_HAND, tracked=True).items()
-        by_hand = [f"{name} is not seen at ({spot.x:g}, {spot.y:g}): put it there" for name, spot in put]
+        by_hand = [f"{name} does not lie at ({spot.x:g}, {spot.y:g}): put it there" for name, spot in put]
         late = [name for name in obstacles if name not in now.physical]
         self.waiting = [f"{name} {why}" for name, why in obstacles.items()]
         if obstacles:
@@ -388,7 +388,11 @@ class Match:
         """
         spots, things, bodies = self._book.spots(self.game), now.things, self._book.bodies
         spots = {name: spot for name, spot in spots.items() if name in things and bodies[name].tracked is tracked}
-        return {n: spot for n, spot in spots.items() if things[n].lost or away(things[n].pose, spot) > within}
+        return {
+            name: spot
+            for name, spot in spots.items()
+            if away(things[name].pose, spot) > within or (tracked and not things[name].lies)
+        }
 
     def _play(self, dt: float, now: Observation) -> Effects:
         self.clock += dt

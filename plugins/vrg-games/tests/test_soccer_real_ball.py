@@ -55,7 +55,10 @@ def test_people_put_a_real_ball_near_its_spot_and_are_waited_for(book: Soccer) -
         waited = book.judge(state, there, there, clock)
         assert (list(waited.calls), waited.state.placing) == ([], True)
         state = waited.state
-    put = book.judge(state, there, field(book, 1.1, 1.75), 31.0).state
+    near = field(book, 1.1, 1.75)
+    rolls = replace(near, things={name: structs.replace(thing, vy=-0.5) for name, thing in near.things.items()})
+    assert book.judge(state, there, rolls, 30.5).state.placing, "it only passes there"
+    put = book.judge(state, there, near, 31.0).state
     assert (put.kick, put.placing, put.spot, put.since) == (BLUES, False, (1.1, 1.75), 31.0)
     taken = book.judge(put, field(book, 1.1, 1.75), field(book, 1.3, 1.6, blue=(1.4, 1.6)), 33.0)
     assert (list(taken.calls), taken.state.kick) == ([], "")

@@ -6,6 +6,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text, freeze
+from vrg.portable.scalars import hypot
 from vrg.types import AngularSpeed, Count, Name, Pose, Seconds, Speed, Twist, Uncertainty
 
 
@@ -29,6 +30,8 @@ class Clock(Message, frozen=True, kw_only=True):
 
 AT_REST = 0.05
 """The speed in m/s and rad/s at or below which a body counts as at rest."""
+LIES = 0.15
+"""The speed in m/s at or below which a thing lies where it is: that of a real one is measured, with noise."""
 
 
 def at_rest(twist: Twist) -> bool:
@@ -76,6 +79,11 @@ class Thing(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     vy: Speed = 0.0
     w: AngularSpeed = 0.0
     lost: bool = False
+
+    @property
+    def lies(self) -> bool:
+        """True if it is seen and moves no faster than LIES."""
+        return not self.lost and hypot(self.vx, self.vy) <= LIES
 
 
 class Poses(Message, frozen=True, kw_only=True):

@@ -20,7 +20,7 @@ TOUCH = 0.02
 """The distance in m between a robot and the ball within which it touches the ball."""
 IN_PLAY = 0.05
 """The way in m by which the ball is in play again (SSL 5.1)."""
-BY_HAND = 0.15
+NEAR_SPOT = 0.15
 """How far from its spot people may put a real ball, m (SSL 5.2)."""
 PROGRESS = 0.3
 """The way in m that is progress."""
@@ -172,7 +172,7 @@ class Soccer(RuleBook[SoccerState]):
             return None
         if self._ball.tracked:
             at = (ball.pose.x, ball.pose.y)
-            if math.dist(at, state.spot) >= BY_HAND:
+            if math.dist(at, state.spot) >= NEAR_SPOT or not ball.lies:
                 return Verdict(structs.replace(state, since=clock))
             return Verdict(structs.replace(state, placing=False, spot=at, since=clock, rested=at))
         there = math.dist((ball.pose.x, ball.pose.y), state.spot) < IN_PLAY
