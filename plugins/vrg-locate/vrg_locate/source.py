@@ -13,7 +13,7 @@ from pydantic import Field
 from vrg.bus.clock_tracker import ClockOffset
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix
-from vrg.bus.node import Tick
+from vrg.bus.node import CLOCK_SKEW, Tick
 from vrg.bus.topics import Keys
 from vrg.localisation.source import Source, SourceContext
 from vrg.tables import Table
@@ -114,6 +114,9 @@ class RealSource(Source, Generic[Item]):
         self.tell(self._stream.problem())
         now = self._monotonic()
         for captured, item in self.captured():
+            if captured > now + CLOCK_SKEW:
+                self.ignore("early", None, "%.1f s in the future: its clock jumps, and that is ignored", captured - now)
+                continue
             stamp = self.match_time(captured)
             if stamp is not None and now - captured <= _OLD:
                 self._used += 1

@@ -205,6 +205,16 @@ def test_malformed_packets_and_those_of_another_field_are_told_once(
     assert caplog.text.count("Is there another field?") == 1
 
 
+def test_a_picture_of_the_future_does_not_blind_it(make: type[Bench], caplog: pytest.LogCaptureFixture) -> None:
+    bench = make(ball="ball")
+    bench.tick()
+    for number, late in enumerate((0.1, -30.0, 0.0)):
+        bench.send(vision_packet(seen(balls=(SeenBall(1.0, 0.5 + number / 100),), late=late)))
+        bench.tick_until("early" if late < 0.0 else "used", 1 if late < 0.0 else number or 1)
+    assert [fix.pose.y for _, fixes in bench.fixes for fix in fixes] == [0.5, 0.52]
+    assert "30.0 s in the future" in caplog.text
+
+
 def test_two_computers_of_one_field_count_each_by_its_own_clock(make: type[Bench]) -> None:
     bench = make()
     bench.tick()
