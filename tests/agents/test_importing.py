@@ -1,8 +1,12 @@
 """Strategies are imported from their files as they are, apart from what lies elsewhere."""
 
 import importlib
+import importlib.abc
+import importlib.machinery
+import importlib.util
 import os
 import py_compile
+import sys
 from pathlib import Path
 
 import pytest
@@ -76,6 +80,24 @@ def test_installed_modules_are_found_first(tmp_path: Path) -> None:
     for name in ("random", "vrg", "msgspec"):
         (tmp_path / f"{name}.py").write_text("")
     assert speed(tmp_path) == tuple(importlib.import_module(name) for name in ("random", "vrg", "msgspec"))
+
+
+def test_a_package_that_is_installed_from_a_folder_of_its_name_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As `pip install -e pack` does, whose finder comes after that of the import path."""
+    (tmp_path / "pack_of_them" / "pack_of_them").mkdir(parents=True)
+    inner = tmp_path / "pack_of_them" / "pack_of_them" / "__init__.py"
+    inner.write_text("class Player: pass")
+
+    class Editable(importlib.abc.MetaPathFinder):
+        def find_spec(self, name: str, *_: object) -> importlib.machinery.ModuleSpec | None:
+            return importlib.util.spec_from_file_location(name, inner) if name == "pack_of_them" else None
+
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, Editable()])
+    found = import_object("pack_of_them:Player", tmp_path)
+    assert found is sys.modules["pack_of_them"].Player
+    del sys.modules["pack_of_them"]
 
 
 def test_a_package_beside_a_strategy_imports_its_parts(tmp_path: Path) -> None:

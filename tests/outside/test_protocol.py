@@ -55,7 +55,9 @@ def test_its_drives_obey() -> None:
 
 def test_a_match_that_asks_for_emulated_drives_is_told_that_there_are_none() -> None:
     asked = CanSettings.model_validate({**TABLE, "emulate": True})
-    assert asked.problems(["r"], Path()) == ["robots.r: pulse has no emulated drive: leave `emulate` out"]
+    assert asked.problems({"r": robot_model("P2AT")}, Path()) == [
+        "robots.r: pulse has no emulated drive: leave `emulate` out"
+    ]
 
 
 @pytest.mark.parametrize(

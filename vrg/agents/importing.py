@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from importlib.machinery import PathFinder
 from importlib.util import cache_from_source
 from pathlib import Path
 from types import ModuleType
@@ -103,6 +104,9 @@ def _apart(folder: Path) -> Iterator[None]:
     if str(folder) not in sys.path:
         _folders.add(str(folder))
         sys.path.append(str(folder))
+        # A folder `carrier` is a package of that name for Python, before the one that `pip install -e carrier` has made
+        # known, as its finder comes last.
+        sys.meta_path.sort(key=lambda finder: finder is PathFinder)
     whole = sys.path[:]
     sys.path[:] = [other for other in whole if other not in others] + others
     try:

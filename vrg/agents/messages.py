@@ -75,8 +75,10 @@ def usable(use: Mapping[str, float], robot: RobotModel | None = None) -> dict[st
 
     Raises:
         ValueError: it has no such actuator, or a value is not finite. OverflowError: it is too large for a float.
-        TypeError, AttributeError: it is no number, or no table.
+        TypeError: it is no number, or no table.
     """
+    if not isinstance(use, Mapping):
+        raise TypeError(f'expected a table such as {{"kicker": 4.0}}, got {use!r}')
     found = {}
     for name, value in use.items():
         actuator = None if robot is None else robot.actuator(name)

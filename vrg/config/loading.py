@@ -21,6 +21,7 @@ from vrg.games import GAMES, STRATEGIES, file_of, has_name, unreadable
 from vrg.games.game import Game
 from vrg.hal.backends import BACKENDS, Companion
 from vrg.hal.location import FEED
+from vrg.hal.models import robot_model
 from vrg.hal.models.settings import motion_problems
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
@@ -397,7 +398,11 @@ class _Checker:
                 number = self._numbers[file.players.index(users[0])]
                 self.problems.append(Problem(text, ("players", number, "backend")))
             elif settings := self._table(kind.settings, file.backends[backend], where):
-                if found := settings.problems([player.name for player in users], self._base):
+                models = {}
+                for player in users:
+                    with contextlib.suppress(ConfigError):  # it is told where the player is
+                        models[player.name] = robot_model(player.model)
+                if found := settings.problems(models, self._base):
                     self.problems += [Problem(text, where) for text in found]
                 elif emulation := settings.emulation:
                     for machine in dict.fromkeys(player.machine for player in users):

@@ -1,9 +1,10 @@
 """A backend's own table in a match file, `[backends.<name>]`, and its contract with the rest of VRG."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrg.hal.models import RobotModel
 from vrg.tables import Table
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ class BackendSettings(Table):
         """The emulated motor controllers of these robots; None if they are real."""
         return None
 
-    def problems(self, robots: Sequence[str], base: Path) -> list[str]:
+    def problems(self, robots: Mapping[str, RobotModel], base: Path) -> list[str]:
         """The reasons, in words, why these robots cannot be used. Relative paths in the table start from `base`."""
         return []
 

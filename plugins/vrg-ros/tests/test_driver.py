@@ -395,7 +395,7 @@ def test_without_a_router_it_says_what_to_start(monkeypatch: pytest.MonkeyPatch)
 def test_mistakes_in_the_match_file_are_found() -> None:
     other = {"cmd_vel": "/tb1/cmd_vel", "router": "tcp/localhost:7447"}
     settings = RosSettings.model_validate({"robots": {"a": {"namespace": "tb1"}, "b": other, "c": {}}})
-    assert settings.problems(["a", "b", "d"], Path()) == [
+    assert settings.problems(dict.fromkeys("abd", robot_model("P2AT")), Path()) == [
         "expected a table [backends.ros.robots.d] with its topics, found none",
         "robots.b: a obeys /tb1/cmd_vel, too: give each a `namespace`",
     ]

@@ -1,12 +1,13 @@
 """The settings of robots that run ROS 2 in a match file: the table [backends.ros]."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Final
 
 from pydantic import AfterValidator, Field
 
 from vrg.errors import BusError, RobotError
+from vrg.hal.models import RobotModel
 from vrg.hal.settings import BackendSettings
 from vrg.tables import Table
 
@@ -86,7 +87,7 @@ class RosSettings(BackendSettings):
         robot = self.robots[name]
         return robot.router or self.router, self.domain if robot.domain is None else robot.domain
 
-    def problems(self, robots: Sequence[str], base: Path) -> list[str]:
+    def problems(self, robots: Mapping[str, RobotModel], base: Path) -> list[str]:
         """Robots without a table, and two that obey the same topic."""
         found = [
             f"expected a table [backends.ros.robots.{name}] with its topics, found none"

@@ -21,6 +21,7 @@ from vrg.hal.can.frame import fd_size
 from vrg.hal.can.link import Link, read_adapter
 from vrg.hal.can.opening import _arguments, _explain, open_bus
 from vrg.hal.can.settings import CanSettings
+from vrg.hal.models.pioneer import P2AT
 from vrg.testing.can.vcan import UDP, require_loopback
 
 names = st.from_regex(r"[a-z_]{1,8}", fullmatch=True)
@@ -190,13 +191,13 @@ def test_it_is_free_again_if_it_cannot_be_opened(port: str, monkeypatch: pytest.
 def test_a_match_whose_robots_would_share_a_port_is_refused(tmp_path: Any) -> None:
     robots = {"sue": {"left": [0], "right": [1]}, "bob": {"left": [2], "right": [3]}}
     settings = CanSettings.model_validate({"interface": "slcan", "channel": "/dev/ttyACM0", "robots": robots})
-    (problem,) = settings.problems(["sue", "bob"], tmp_path)
+    (problem,) = settings.problems({"sue": P2AT, "bob": P2AT}, tmp_path)
     assert "sue and bob are processes of their own, and cannot share slcan:/dev/ttyACM0" in problem
-    assert settings.problems(["sue"], tmp_path) == []
+    assert settings.problems({"sue": P2AT}, tmp_path) == []
 
 
 def test_real_drives_on_a_bus_within_one_process_are_refused(tmp_path: Any) -> None:
     table = {"interface": "virtual", "robots": {"sue": {"left": [0], "right": [1]}}}
-    (problem,) = CanSettings.model_validate(table).problems(["sue"], tmp_path)
+    (problem,) = CanSettings.model_validate(table).problems({"sue": P2AT}, tmp_path)
     assert "the interface virtual is within one process" in problem
-    assert CanSettings.model_validate({**table, "emulate": True}).problems(["sue"], tmp_path) == []
+    assert CanSettings.model_validate({**table, "emulate": True}).problems({"sue": P2AT}, tmp_path) == []

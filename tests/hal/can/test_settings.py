@@ -20,6 +20,7 @@ from vrg.hal.can.calibration import (
 from vrg.hal.can.link import Link
 from vrg.hal.can.settings import CanSettings, can_settings
 from vrg.hal.can.workshop.emulation import Emulation
+from vrg.hal.models.pioneer import P2AT
 
 SUE = {"left": [0], "right": [1], "ratio": 50.0}
 BOB = {"left": [2, 3], "right": [4, 5]}
@@ -32,7 +33,7 @@ def table(**changes: Any) -> dict[str, Any]:
 def test_a_good_table() -> None:
     settings = CanSettings.model_validate(table(emulate=True, bitrate=250_000))
     assert settings.link("sue") == Link(interface="socketcan", channel="can0", bitrate=250_000)
-    assert settings.problems(["sue", "bob"], Path()) == []
+    assert settings.problems({"sue": P2AT, "bob": P2AT}, Path()) == []
     assert settings.robots["bob"].wheel_axes(("left", "right"), None) == [
         WheelAxis(2, 0), WheelAxis(3, 0), WheelAxis(4, 1), WheelAxis(5, 1),
     ]  # fmt: skip
@@ -98,10 +99,21 @@ def test_all_mistakes_of_a_robot_are_said_at_once() -> None:
 
 def test_a_robot_without_wiring_and_a_missing_calibration_are_problems(tmp_path: Path) -> None:
     robots = {"sue": {**SUE, "calibration": "sue.toml"}}
-    problems = CanSettings.model_validate(table(robots=robots)).problems(["sue", "ann"], tmp_path)
+    problems = CanSettings.model_validate(table(robots=robots)).problems({"sue": P2AT, "ann": P2AT}, tmp_path)
     assert len(problems) == 2
     assert "expected a calibration file" in problems[0]
     assert "[backends.can.robots.ann]" in problems[1]
+
+
+def test_motors_and_outputs_of_what_the_model_lacks_are_problems_all_at_once() -> None:
+    outputs = {"kicker": {"drive": 2, "bit": 16, "pulse": 0.01}, "gripper": {"drive": 3, "bit": 17}}
+    axes = {"front_left": [6], "front_right": [7], "rear_left": [8], "rear_right": [9]}
+    wired = {"sue": {**BOB, "outputs": outputs}, "ann": {"axes": axes}}
+    settings = CanSettings.model_validate(table(robots=wired, protocol="cia402"))
+    found = settings.problems({"sue": P2AT, "ann": P2AT}, Path())
+    assert [text.partition(":")[0] for text in found] == ["robots.sue", "robots.sue", "robots.ann"]
+    assert "kicker: the model of sue has no actuators" in found[0]
+    assert "expected the motors of the axes left, right of this model" in found[2]
 
 
 @given(

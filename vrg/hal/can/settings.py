@@ -12,6 +12,7 @@ from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.link import SERIAL_INTERFACES, AdapterValue, Link, missing_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.can.wiring import InterfaceName, ProtocolName, RobotWiring
+from vrg.hal.models import RobotModel
 from vrg.hal.settings import BackendSettings
 from vrg.tables import problems_of
 
@@ -58,17 +59,19 @@ class CanSettings(BackendSettings):
         return self
 
     def _check_outputs(self, name: str) -> None:
-        """Raise ValueError if an actuator is wired to no drive of its robot, or to an output that there is not."""
+        """Raise ValueError if actuators are wired to no drive of their robot, or to outputs that there are not."""
         wired: dict[tuple[int, int], str] = {}
+        found = []
         for actuator, output in self.robots[name].outputs.items():
             where = f"robots.{name}.outputs.{actuator}"
             if output.drive not in self.robots[name].nodes:
-                raise ValueError(f"{where}: drive: expected one of {self.robots[name].nodes}, got {output.drive}")
+                found.append(f"{where}: drive: expected one of {self.robots[name].nodes}, got {output.drive}")
             if problem := self.protocol_of(name).axis_type.check_output(output.bit):
-                raise ValueError(f"{where}: digital output of {self.protocol_name(name)}: {problem}")
-            other = wired.setdefault((output.drive, output.bit), actuator)
-            if other != actuator:
-                raise ValueError(f"{where}: expected an output of its own, got that of {other}")
+                found.append(f"{where}: digital output of {self.protocol_name(name)}: {problem}")
+            if (other := wired.setdefault((output.drive, output.bit), actuator)) != actuator:
+                found.append(f"{where}: expected an output of its own, got that of {other}")
+        if found:
+            raise ValueError("; ".join(found))
 
     @property
     def emulation(self) -> "Emulation | None":
@@ -114,8 +117,8 @@ class CanSettings(BackendSettings):
             found = "; ".join(map(str, problems_of(error, ("robots", robot, "options"))))
             raise ValueError(found) from None
 
-    def problems(self, robots: Sequence[str], base: Path) -> list[str]:
-        """Robots without wiring, calibration files that do not fit, and robots that share what cannot be shared."""
+    def problems(self, robots: Mapping[str, RobotModel], base: Path) -> list[str]:
+        """Robots whose wiring is missing or does not fit their model or calibration, or who share what they cannot."""
         found = [] if self.emulate else self.within_process(name for name in robots if name in self.robots)
         ports: dict[str, list[str]] = {}
         for name in robots:
@@ -127,7 +130,7 @@ class CanSettings(BackendSettings):
             for port, users in ports.items()
             if len(users) > 1
         ]
-        for name in robots:
+        for name, model in robots.items():
             wiring = self.robots.get(name)
             if wiring is None:
                 found.append(f"expected a table [backends.can.robots.{name}] with its wiring, found none")
@@ -136,6 +139,7 @@ class CanSettings(BackendSettings):
                 found.append(f"robots.{name}: {self.protocol_name(name)} has no emulated drive: leave `emulate` out")
             if missing := self.options_of(name).missing:
                 found.append(f"robots.{name}: {missing}")
+            found += [f"robots.{name}: {text}" for text in wiring.misfits(name, model)]
             if wiring.calibration:
                 try:
                     load_calibration(base / wiring.calibration, wiring.nodes)

@@ -16,6 +16,7 @@ from vrg.hal.can.link import AdapterValue, known_interface
 from vrg.hal.can.outputs import Output
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.hal.models import RobotModel
 from vrg.registry import expected_one_of
 from vrg.tables import Table
 
@@ -163,6 +164,19 @@ class RobotWiring(Table):
                     axis = replace(axis, direction=own.direction, ratio=own.ratio, serial=own.serial)
                 axes.append(axis)
         return axes
+
+    def misfits(self, robot: str, model: RobotModel) -> list[str]:
+        """The reasons, in words, why a robot of a model cannot be wired so."""
+        found = []
+        for fit in (
+            lambda: self.wheel_axes(model.drivetrain.axes, None),
+            lambda: self.wired_outputs(robot, model.actuators),
+        ):
+            try:
+                fit()
+            except ConfigError as error:
+                found += [problem.text for problem in error.problems]
+        return found
 
     def wired_outputs(self, robot: str, actuators: Sequence[Actuator]) -> dict[str, Output]:
         """The outputs that actuators of a robot are wired to, by their names.
