@@ -86,6 +86,10 @@ class GameState(Struct, frozen=True, kw_only=True):
         """The same, but with this many points of a team."""
         return structs.replace(self, points={**self.points, team: points}) if self.points.get(team) != points else self
 
+    def scored(self, team: str, points: int = 1) -> Self:
+        """The same, but with so many more points of a team; with fewer, if negative, but never below 0."""
+        return self.with_points(team, max(0, self.points.get(team, 0) + points))
+
 
 S = TypeVar("S", bound=GameState)
 
@@ -143,6 +147,11 @@ class Observation:
     sightings: Sequence[tuple[str, Sighting]] = ()
     uncertainty: Mapping[str, Uncertainty] = field(default_factory=dict)
     things: Mapping[str, Thing] = field(default_factory=dict)
+
+    def way(self, name: str, before: "Observation") -> tuple[Pose, Pose]:
+        """Where a player was at the look before, or else is now, and where it is now."""
+        end = self.poses[name]
+        return before.poses.get(name, end), end
 
 
 Call = messages.Call

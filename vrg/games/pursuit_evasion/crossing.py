@@ -70,8 +70,7 @@ def ends_of(
     """
     if name not in now.poses:
         return Ends()
-    b = now.poses[name]
-    a = before.poses.get(name, b)
+    a, b = now.way(name, before)
     start, end = (a.x, a.y), (b.x, b.y)
     stretch = area.inside(start, end)
     inside = stretch is not None
@@ -84,8 +83,7 @@ def ends_of(
     first = min(captures, key=lambda p: captures[p], default=None)
     if first is not None and (leaves is None or captures[first] <= leaves):
         at = captures[first]
-        pose = now.poses[first]
-        there = interpolate(before.poses.get(first, pose), pose, at)
+        there = interpolate(*now.way(first, before), at)
         return Ends(inside, Capture(first, there, interpolate(a, b, at)))
     return Ends(inside, left=None if leaves is None else interpolate(a, b, leaves))
 
@@ -94,8 +92,7 @@ def _capture(pursuer: str, a: Pose, b: Pose, before: Observation, now: Observati
     """The fraction of the way at which the centres of the two first come closer than `reach`, or None."""
     if pursuer not in now.poses:
         return None
-    q = now.poses[pursuer]
-    p = before.poses.get(pursuer, q)
+    p, q = now.way(pursuer, before)
     start, end = (a.x - p.x, a.y - p.y), (b.x - q.x, b.y - q.y)
     stretch = in_disc(start, end, (0.0, 0.0), reach)
     if stretch is None:

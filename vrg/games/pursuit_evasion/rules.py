@@ -205,14 +205,14 @@ class PursuitEvasion(RuleBook[State]):
                 by = ends.captured
                 where = {name: by.intruder_pose, by.pursuer: by.pursuer_pose}
                 calls.append(called("capture", f"{name} is captured by {by.pursuer}", where))
-                state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)
+                state = state.with_state([name], CAPTURED).scored(PURSUERS)
             elif ends.left is not None and name not in state.entered:
                 calls.append(called("missed", f"{name} passes by the area and is out", {name: ends.left}))
                 state = state.with_state([name], OUT)
             elif ends.left is not None:
                 after = f"{'two or more' if state.detections(name) >= DETECTIONS else 'fewer than two'} detections"
                 calls.append(called("escape", f"{name} escapes after {after}", {name: ends.left}))
-                state = state.with_state([name], ESCAPED).with_points(INTRUDERS, state.points[INTRUDERS] + 1)
+                state = state.with_state([name], ESCAPED).scored(INTRUDERS)
             else:
                 continue
             state = reset(state, name)
@@ -254,7 +254,7 @@ class PursuitEvasion(RuleBook[State]):
                     state = structs.replace(state, courses={**state.courses, name: course})
             if rule:
                 calls.append(called(rule, f"{text}: it counts as captured", {name: pose}))
-                state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)
+                state = state.with_state([name], CAPTURED).scored(PURSUERS)
                 state = reset(state, name)
         return state
 

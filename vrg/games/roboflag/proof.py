@@ -39,7 +39,7 @@ def prove(book: RoboFlag, case: Case) -> Sequence[Measure]:
 def _tag(book: RoboFlag, case: Case) -> list[Measure]:
     (name, *taggers), (here, *theirs) = case.call.players, case.call.poses
     reach, found = book.layout.tag_distance, []
-    ways = {n: (case.before.poses.get(n, case.now.poses[n]), case.now.poses[n]) for n in case.call.players}
+    ways = {n: case.now.way(n, case.before) for n in case.call.players}
     later = any(away(here, pose) <= reach + ROUNDING for pose in theirs)
     for by, pose in zip(taggers, theirs, strict=True):
         ends = here, pose

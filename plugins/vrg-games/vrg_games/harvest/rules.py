@@ -130,7 +130,7 @@ class Harvest(RuleBook[HarvestState]):
             if clock - state.warned.get(name, -self.settings.pause) >= self.settings.pause:
                 other = OTHER[self.team_of(name)]
                 state = structs.replace(state, warned={**state.warned, name: clock})
-                state = state.with_points(other, state.points.get(other, 0) + 1)
+                state = state.scored(other)
                 calls.append(
                     called("trespass", f"{name} is in the depot of the {other}, who get a point", {name: pose})
                 )
@@ -150,12 +150,12 @@ class Harvest(RuleBook[HarvestState]):
         state = structs.replace(state, homes=homes)
         if was is not None:
             worth = OWN if colour == was else OTHERS
-            state = state.with_points(was, max(0, state.points.get(was, 0) - worth))
+            state = state.scored(was, -worth)
             calls.append(Call(rule="taken", text=f"{piece.name} has left the depot of the {was}", poses=(thing.pose,)))
         if team is not None:
             worth = OWN if colour == team else OTHERS
             state = structs.replace(state, homes={**homes, piece.name: team})
-            state = state.with_points(team, state.points.get(team, 0) + worth)
+            state = state.scored(team, worth)
             text = f"{piece.name} is home: {worth} point{'s' * (worth > 1)} for the {team}"
             calls.append(Call(rule="home", text=text, poses=(thing.pose,)))
         return state, calls

@@ -76,7 +76,7 @@ class Micromouse(RuleBook[State]):
             forfeit = Call(rule="forfeit", text=f"{name} is disqualified", players=(name,))
             return Verdict(state, [forfeit], round_over=True)
         if name in now.poses:
-            way = before.poses.get(name, now.poses[name]), now.poses[name]
+            way = now.way(name, before)
             for fraction, rule in sorted(self._crossings(*way)):
                 at = max(0.0, clock - (now.time - before.time) * (1.0 - fraction))
                 if at <= self.settings.time:

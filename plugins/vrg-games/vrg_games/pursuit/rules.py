@@ -15,7 +15,7 @@ from vrg.errors import ConfigError, Problem
 from vrg.games.game import Game
 from vrg.geometry import interpolate
 from vrg.segments import in_disc
-from vrg.types import Pose, Vector
+from vrg.types import Pose
 from vrg_games.pursuit import ANSWER, APOLLONIUS, CAUGHT, HOME, MARCO_POLO, OUT, RATIO
 from vrg_games.pursuit.settings import ApolloniusSettings, MarcoPoloSettings, Settings
 
@@ -76,9 +76,9 @@ class Hunt(RuleBook[GameState]):
                 continue
             at, _, rule = min(ends)
             names = (name, self.hunter) if rule == "caught" else (name,)
-            where = {n: interpolate(before.poses.get(n, now.poses[n]), now.poses[n], at) for n in names}
+            where = {n: interpolate(*now.way(n, before), at) for n in names}
             calls.append(called(rule, TEXTS[rule].format(*names), where))
-            state = _scored(state.with_state([name], rule), self.teams[rule == HOME], 1)
+            state = state.with_state([name], rule).scored(self.teams[rule == HOME])
             place[name] = self.aside(name)
         left, team = self.left(state), self.left_count_for
         if not left:
@@ -90,14 +90,15 @@ class Hunt(RuleBook[GameState]):
             calls.append(Call(rule="time_up", text=f"the time is up: {', '.join(left)} left", players=tuple(left)))
         else:
             return Verdict(state, calls, place=place)
-        return Verdict(_scored(state, self.teams[team], len(left)), calls, round_over=True, place=place)
+        return Verdict(state.scored(self.teams[team], len(left)), calls, round_over=True, place=place)
 
     def _ends(self, state: GameState, name: str, before: Observation, now: Observation) -> list[End]:
         """What happens to one of the hunted between two looks."""
-        found, port, (start, end) = list[End](), self.settings.port, _way(name, before, now)
+        found, port, (a, b) = list[End](), self.settings.port, now.way(name, before)
+        start, end = (a.x, a.y), (b.x, b.y)
         if self.hunter in now.poses and self.hunter not in state.disqualified:
-            (x, y), (to_x, to_y) = _way(self.hunter, before, now)
-            apart = (start[0] - x, start[1] - y), (end[0] - to_x, end[1] - to_y)
+            p, q = now.way(self.hunter, before)
+            apart = (a.x - p.x, a.y - p.y), (b.x - q.x, b.y - q.y)
             if (meets := in_disc(*apart, (0.0, 0.0), self.settings.capture_distance)) is not None:
                 found.append((meets[0], 0, CAUGHT))
         if port is not None and (inside := port.inside(start, end)) is not None:
@@ -136,17 +137,6 @@ class Hunt(RuleBook[GameState]):
         """The hunter is as fast as the slowest robot, and the others are slower."""
         slowest = min(c.v_max for c in self.contestants.values())
         return {n: slowest if n == self.hunter else self.settings.ratio * slowest for n in self.contestants}
-
-
-def _scored(state: GameState, team: str, points: int) -> GameState:
-    return state.with_points(team, state.points.get(team, 0) + points)
-
-
-def _way(name: str, before: Observation, now: Observation) -> tuple[Vector, Vector]:
-    """Where a player was at the look before, or else is now, and where it is now, m."""
-    end = now.poses[name]
-    start = before.poses.get(name, end)
-    return (start.x, start.y), (end.x, end.y)
 
 
 class MarcoPolo(Hunt):

@@ -205,7 +205,7 @@ class Soccer(RuleBook[SoccerState]):
         defender = REDS if px < 0.0 else BLUES
         if over_goal_line and abs(py) < rules.goal / 2 and not rolled:
             scorer = OTHER[defender]
-            made = state.with_points(scorer, state.points.get(scorer, 0) + 1)
+            made = state.scored(scorer)
             made = structs.replace(made, starts=defender, played=state.played + clock)
             call = Call(rule="goal", text=f"goal for the {scorer}", poses=(where,))
             return Verdict(made, [call], round_over=True)

@@ -117,7 +117,7 @@ class Sumo(RuleBook[State]):
             return self._lost(state, gone, Call(rule="forfeit", text=text, players=tuple(gone)))
         ring, left = self.settings.ring, dict[str, tuple[float, Pose]]()
         for name in sorted(self.contestants.keys() & now.poses.keys()):
-            start, end = before.poses.get(name, now.poses[name]), now.poses[name]
+            start, end = now.way(name, before)
             at = ring.exit_fraction((start.x, start.y), (end.x, end.y))
             if at is not None:
                 left[name] = at, interpolate(start, end, at)
@@ -160,7 +160,7 @@ class Sumo(RuleBook[State]):
         """The end of a bout: the other one has won it, but nobody has if both have lost it, or neither."""
         if len(losers) == 1:
             winner = OTHER[self.team_of(losers[0])]
-            state = state.with_points(winner, state.points.get(winner, 0) + 1)
+            state = state.scored(winner)
         return Verdict(structs.replace(state, stops={}), [call], round_over=True)
 
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
