@@ -76,6 +76,11 @@ FIRST_AT = "x = 21.0\ny = -30.0"
 LINK = "[[radio.links]]\nbetween = ['player1', {}]\n"
 
 
+def test_one_table_where_a_list_of_them_belongs_is_told_by_its_brackets(load: Load) -> None:
+    found = problems(load, with_tables('[bodies]\nname = "ball"\n'))
+    assert found == ["17: bodies: expected any number of tables, got one: write [[bodies]] with two brackets"]
+
+
 def test_the_match_of_the_thesis_is_good(load: Load) -> None:
     setup = load(GOOD)
     assert [p.name for p in setup.players] == [f"player{i}" for i in range(1, 8)]

@@ -95,6 +95,8 @@ def _words(detail: Any) -> str:
         return "unknown field"
     if detail["type"] == "missing":
         return "missing"
+    if detail["type"] == "list_type" and isinstance(detail["input"], dict):
+        return f"expected any number of tables, got one: write [[{detail['loc'][-1]}]] with two brackets"
     expected = _EXPECTED.get(detail["type"])
     if expected is None:
         return str(detail["msg"]).removeprefix("Value error, ")

@@ -8,6 +8,7 @@ from msgspec import structs
 from test_soccer import BALL, contestants, field
 
 from vrg.coordinator.rulebook import Observation
+from vrg.regions import Circle
 from vrg_games.soccer import BLUES, REDS
 from vrg_games.soccer.rules import GRACE, Soccer
 from vrg_games.soccer.settings import Settings
@@ -50,6 +51,7 @@ def test_people_put_a_real_ball_near_its_spot_and_are_waited_for(book: Soccer) -
     state = structs.replace(book.initial(), kick="", last=REDS)
     out = book.judge(state, field(book, 1.0, 1.95), field(book, 1.0, 2.1), 10.0)
     assert (out.state.kick, out.state.spot) == (BLUES, (1.0, 1.8))
+    assert [zone.region for zone in book.zones(out.state) if zone.name == "spot"] == [Circle(1.0, 1.8, 0.15)]
     there, state = field(book, 1.0, 2.3), out.state
     for clock in (11.0, 10.0 + 2 * GRACE, 30.0):
         waited = book.judge(state, there, there, clock)
@@ -59,6 +61,7 @@ def test_people_put_a_real_ball_near_its_spot_and_are_waited_for(book: Soccer) -
     rolls = replace(near, things={name: structs.replace(thing, vy=-0.5) for name, thing in near.things.items()})
     assert book.judge(state, there, rolls, 30.5).state.placing, "it only passes there"
     put = book.judge(state, there, near, 31.0).state
+    assert "spot" not in [zone.name for zone in book.zones(put)]
     assert (put.kick, put.placing, put.spot, put.since) == (BLUES, False, (1.1, 1.75), 31.0)
     taken = book.judge(put, field(book, 1.1, 1.75), field(book, 1.3, 1.6, blue=(1.4, 1.6)), 33.0)
     assert (list(taken.calls), taken.state.kick) == ([], "")

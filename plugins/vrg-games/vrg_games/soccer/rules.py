@@ -11,7 +11,7 @@ from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, R
 from vrg.errors import ConfigError, Problem
 from vrg.geometry import corners
 from vrg.hal.sim.config import BodySetup
-from vrg.regions import Polygon, Rectangle
+from vrg.regions import Circle, Polygon, Rectangle
 from vrg.types import Pose, Vector
 from vrg_games.soccer import AREA, BALL, BLUES, GAME, GOAL, KEEPERS, KICK, OTHER, REDS, TEAMS
 from vrg_games.soccer.settings import SIDE, Settings
@@ -125,7 +125,7 @@ class Soccer(RuleBook[SoccerState]):
         return Verdict(self._kick_for(structs.replace(state, round=state.round + 1), state.starts, (0.0, 0.0), 0.0))
 
     def zones(self, state: SoccerState) -> list[Zone]:
-        """The field, the centre circle, the defence areas and the goals."""
+        """The field, the centre circle, the defence areas, the goals, and the spot on which people put a ball."""
         rules = self.settings
         found = [
             Zone(name="field", kind="field", region=rules.field),
@@ -134,6 +134,8 @@ class Soccer(RuleBook[SoccerState]):
         for team in (REDS, BLUES):
             found.append(Zone(name=f"{team} area", kind=AREA, region=rules.area_of(team), team=team))
             found.append(Zone(name=f"{team} goal", kind=GOAL, region=rules.goal_of(team), team=team))
+        if state.placing and self._ball.tracked:  # people see where they are to put it
+            found.append(Zone(name="spot", kind="circle", region=Circle(*state.spot, NEAR_SPOT)))
         return found
 
     def judge(self, state: SoccerState, before: Observation, now: Observation, clock: float) -> Verdict[SoccerState]:
