@@ -91,12 +91,15 @@ def cases(folder: Path, robots: Sequence[int], engines: Sequence[str]) -> list[W
 
 @contextmanager
 def checked_out(commit: str) -> Iterator[Path]:
-    """The files of a commit, in a folder of their own."""
+    """The files of a commit, in a folder of their own, with its compiled kernel if it has one."""
     with tempfile.TemporaryDirectory() as name:
         place = Path(name) / "tree"
         git = ["git", "-C", str(TREE), "worktree"]
         subprocess.run([*git, "add", "--quiet", "--detach", str(place), commit], check=True)
         try:
+            if (place / "vrg/hal/sim/kernel").is_dir():
+                build = [sys.executable, "setup.py", "--quiet", "build_ext", "--inplace"]
+                subprocess.run(build, cwd=place, check=True, stderr=subprocess.DEVNULL)
             yield place
         finally:
             subprocess.run([*git, "remove", "--force", str(place)], check=True)

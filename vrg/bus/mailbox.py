@@ -124,6 +124,11 @@ class Inlet(Generic[T]):
         self._sampled = latest
         return latest
 
+    @property
+    def is_new(self) -> bool:
+        """True if `news` would return a message."""
+        return self.latest is not self._sampled
+
     def only(self, keys: Collection[str]) -> None:
         """From now on take messages from these keys only. Those from others are dropped unread, which costs little."""
         self._keys, self._known = set(keys), True
@@ -234,7 +239,7 @@ class Mailbox:
         inlets: the subscriptions.
         flooded: the keys on which their senders, known by their seats, publish far more than a match needs. Events that
             come on them are dropped unread.
-        now: the match time of this tick, s.
+        now: the match time of this tick, s. brought: whether the handover before it has brought any message.
         deferring: the topics of which messages may be deferred. A node writes its own here before its first tick.
         asked: executor only: the keys of these on which some ask for the newest message only, and find it here.
         untaken: executor only: the keys of these on which nobody takes each message.
@@ -249,7 +254,7 @@ class Mailbox:
         self.sender = sender
         self.inlets: list[Inlet[Message]] = []
         self.flooded: frozenset[str] = frozenset()
-        self.now = 0.0
+        self.now, self.brought = 0.0, False
         self.deferring: Sequence[Topic[Message]] = ()
         self.asked: frozenset[str] = frozenset()
         self.untaken: frozenset[str] = frozenset()
@@ -325,10 +330,11 @@ class Mailbox:
 
     def handover(self, now: float) -> None:
         """Executor only: begin a tick at match time `now`."""
-        self.now = now
+        self.now, self.brought = now, False
         for inlet in self.inlets:
             if inlet.waiting:
                 inlet.handover()
+                self.brought = True
 
     def collect(self) -> list[Outgoing]:
         """Executor only: return what was published since the last call."""

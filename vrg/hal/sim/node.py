@@ -106,6 +106,8 @@ class WorldNode(Node):
 
     def _listen(self) -> None:
         world = self.world
+        if not (self.mailbox.brought or self._referee.is_new):
+            return
         order = self._estops.take()
         if order is not None:
             world.engage(isinstance(order, Estop))

@@ -7,11 +7,12 @@ random generators, and no robot's noise depends on which other robots take part.
 import math
 import zlib
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import Struct, structs
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.models import RobotModel
@@ -100,8 +101,7 @@ class Mounted(Generic[P]):
     spec: P
 
 
-@dataclass(frozen=True, slots=True)
-class Instant:
+class Instant(Struct, frozen=True, gc=False):
     """The true state of all robots at one tick. Each array has one row per robot.
 
     Args:
@@ -130,7 +130,7 @@ class Instant:
     def kept(self) -> "Instant":
         """The same, in arrays that the engine does not change."""
         poses, velocities, angles = self.poses.copy(), self.velocities.copy(), self.angles.copy()
-        return replace(self, poses=poses, velocities=velocities, angles=angles, touch=tuple(self.touch))
+        return structs.replace(self, poses=poses, velocities=velocities, angles=angles, touch=tuple(self.touch))
 
 
 class SensorSimulation(Generic[P]):
