@@ -44,8 +44,8 @@ def limited(scene: Scene) -> None:
 
 def jerking(scene: Scene) -> None:
     """A velocity loop whose gain is far too high."""
-    turn = scene.drive.motor.turn
-    scene.wrap(scene.drive.motor, "turn", lambda dt, v: turn(dt, v * (1.0 + 1.5 * math.sin(5.0 * scene.now))))
+    turn, began = scene.drive.motor.turn, scene.now
+    scene.wrap(scene.drive.motor, "turn", lambda dt, v: turn(dt, v * (1.0 + 1.5 * math.sin(5.0 * (scene.now - began)))))
 
 
 def restarting(scene: Scene) -> None:
