@@ -1,0 +1,51 @@
+"""The robot model of the Crazyflie 2.1 by Bitcraze, as a robot of the plane that moves in any direction."""
+
+import math
+
+from vrg.hal.models.description import RobotModel
+from vrg.hal.models.drivetrain import Drivetrain, Wheel
+from vrg.hal.sensors.battery import BatterySpec
+from vrg.hal.sensors.ins import InsSpec
+from vrg.hal.sensors.odometry import OdometrySpec
+from vrg.portable.scalars import cos, sin
+
+ARM = 0.046
+"""The distance in m from the middle to a motor: half of the 92 mm between two motors across."""
+AXES = ("left", "back", "right")
+
+CRAZYFLIE = RobotModel(
+    name="Crazyflie",
+    length=0.092,
+    width=0.092,
+    height=0.029,
+    mass=0.029,
+    # A drivetrain has wheels. Three omni wheels under the arms move the body as freely as four rotors do, and their
+    # limit, a hexagon, lies within the circle of all velocities of up to `v_max`.
+    drivetrain=Drivetrain(
+        axes=AXES,
+        wheels=tuple(
+            Wheel(x=ARM * cos(at), y=ARM * sin(at), heading=at + math.pi / 2, axis=n, rollers=True)
+            for n, at in enumerate((math.pi / 3, math.pi, -math.pi / 3))
+        ),
+        wheel_radius=0.0225,
+        wheel_width=0.005,
+    ),
+    v_max=0.5,
+    w_max=2.0,
+    a_max=3.5,
+    brake=3.5,
+    battery_wh=0.925,
+    idle_w=7.5,
+    rolling=0.0,
+    drive_efficiency=0.5,
+    sensors=(OdometrySpec(), InsSpec(), BatterySpec()),
+    colour=(30, 30, 30),
+    source=(
+        "Size (92 x 92 x 29 mm, motor to motor), mass (29 g with the battery; 27 g without, by other sheets) and "
+        "battery (3.7 V, 250 mAh): Crazyflie 2.1 data sheet, Bitcraze; not checked against the document itself. "
+        "Acceleration: tan(20 degrees) g, as PID_VEL_ROLL_MAX and PID_VEL_PITCH_MAX limit the tilt "
+        "(crazyflie-firmware 2026.08, platform_defaults_cf2.h). Power while it hovers: the battery by the 7 minutes of "
+        "the data sheet. Top speed and turn rate are choices for flying indoors by a Flow deck, far below what it can "
+        "do. Its wheels stand for its rotors and are estimated, as are its efficiency and its colour."
+    ),
+)

@@ -1,0 +1,174 @@
+"""The thin shell around cflib: it connects, sends commands and hands over reports."""
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Final
+
+from platformdirs import user_cache_path
+
+from vrg.errors import RobotError
+from vrg.hal.clock import MonotonicClock
+from vrg.types import Twist
+from vrg_crazyflie.flight import Arming, Command, Hover, Land, Order
+from vrg_crazyflie.report import MOTION, MOTION_PERIOD, STATUS, STATUS_PERIOD
+
+if TYPE_CHECKING:
+    from cflib.crazyflie import Crazyflie
+
+DEGREES: Final = math.degrees(1.0)
+"""The degrees in a radian."""
+CONNECTING: Final = 30.0
+"""The real time in s within which a Crazyflie must tell what it is."""
+OLDEST: Final = 12
+"""The oldest version of Bitcraze's protocol that has a port of the supervisor: that of the firmware 2026.04."""
+OFF_TIME: Final = 0.5
+"""The time in s for which a restart switches the processor off that flies."""
+BOOTING: Final = 10.0
+"""The time in s that it may then take until it answers."""
+
+
+class Radio:
+    """The connection to one Crazyflie.
+
+    Args:
+        name: of the robot, for messages. uri: its address. heard: called with the values of each log block, on
+            cflib's thread. lost: called with the reason when the link is lost, on a thread of cflib's.
+    """
+
+    def __init__(
+        self, name: str, uri: str, heard: Callable[[Mapping[str, float]], None], lost: Callable[[str], None]
+    ) -> None:
+        self._name, self.uri = name, uri
+        self._heard, self._lost = heard, lost
+        self._craft: Crazyflie | None = None
+
+    @property
+    def restartable(self) -> bool:
+        """True if it can be switched off and on from here: by its radio, and not by a cable, which powers it."""
+        return self.uri.startswith(("radio://", "vrg://"))
+
+    def open(self) -> None:
+        """Connect, and start the reports.
+
+        Raises:
+            RobotError: it does not answer, or its firmware is too old.
+        """
+        from cflib.crazyflie import Crazyflie  # noqa: PLC0415 - match files are checked without it
+
+        from vrg_crazyflie.emulated.link import SCHEME, register  # noqa: PLC0415
+
+        register()
+        cache = None if self.uri.startswith(SCHEME) else str(user_cache_path("vrg") / "crazyflie")
+        craft = Crazyflie(rw_cache=cache)
+        ready, why = threading.Event(), [""]
+
+        def failed(_: str, reason: str) -> None:
+            why[0] = reason.strip().splitlines()[0] if reason.strip() else "the link failed"
+            ready.set()
+
+        craft.fully_connected.add_callback(lambda _: ready.set())
+        craft.connection_failed.add_callback(failed)
+        craft.connection_lost.add_callback(failed)
+        craft.open_link(self.uri)
+        if not ready.wait(CONNECTING):
+            why[0] = f"it did not tell what it is within {CONNECTING:g} s"
+        if why[0]:
+            craft.close_link()
+            raise RobotError(
+                f"cannot connect to {self.uri}: {why[0]}: is it switched on, is its address right, and is the "
+                "Crazyradio plugged in?",
+                self._name,
+            )
+        try:
+            self._check(craft)
+            for of, period in ((MOTION, MOTION_PERIOD), (STATUS, STATUS_PERIOD)):
+                self._report(craft, of, period)
+        except RobotError:
+            craft.close_link()
+            raise
+        craft.connection_lost.add_callback(lambda _, reason: self._lost(str(reason)))
+        self._craft = craft
+
+    def send(self, command: Command) -> None:
+        """Send a command; without a connection nothing is sent."""
+        craft = self._craft
+        if craft is None:
+            return
+        match command:
+            case Hover(Twist(v=v, w=w, side=side), height):
+                # cflib's turn rates are in degrees/s; they are counter-clockwise, as VRG's.
+                craft.commander.send_hover_setpoint(v, side, w * DEGREES, height)
+            case Land(duration, height):
+                # Set-points outrank the high-level commander until they are said to have ended.
+                craft.commander.send_notify_setpoint_stop()
+                craft.high_level_commander.land(height, duration)
+            case Arming(wanted):
+                craft.supervisor.send_arming_request(wanted)
+            case Order.OFF:
+                craft.commander.send_notify_setpoint_stop()
+                craft.high_level_commander.stop()
+            case Order.CUT:
+                craft.supervisor.send_emergency_stop()
+            case Order.RECOVER:
+                craft.supervisor.send_crash_recovery_request()
+
+    def restart(self, clock: MonotonicClock) -> None:
+        """Switch the processor that flies off and on, and connect again. Its motors stand still meanwhile.
+
+        Raises:
+            RobotError: it hangs on a cable, or does not answer.
+        """
+        if not self.restartable:
+            raise RobotError("it cannot be restarted by its cable: switch it off and on, then recover it", self._name)
+        from cflib.utils.power_switch import PowerSwitch  # noqa: PLC0415
+
+        self.close()
+        try:
+            switch = PowerSwitch(self.uri)
+            try:
+                switch.stm_power_down()
+                clock.sleep(OFF_TIME)
+                switch.stm_power_up()
+            finally:
+                switch.close()
+        except Exception as error:  # cflib raises no narrower one
+            raise RobotError(f"cannot restart it: {error}: switch it off and on, then recover it", self._name) from None
+        deadline = clock.now() + BOOTING
+        while True:
+            clock.sleep(OFF_TIME)
+            try:
+                self.open()
+            except RobotError:
+                if clock.now() > deadline:
+                    raise
+            else:
+                return
+
+    def close(self) -> None:
+        """Close the link. cflib sends a last set-point with no thrust: one that still flies falls."""
+        craft, self._craft = self._craft, None
+        if craft is not None:
+            craft.close_link()
+
+    def _check(self, craft: "Crazyflie") -> None:
+        version = craft.platform.get_protocol_version()
+        if version < OLDEST:
+            raise RobotError(
+                f"expected a firmware with protocol version {OLDEST} or later, such as 2026.04, got version {version}: "
+                "update it by cfclient",
+                self._name,
+            )
+
+    def _report(self, craft: "Crazyflie", variables: Mapping[str, str], period: int) -> None:
+        from cflib.crazyflie.log import LogConfig  # noqa: PLC0415
+
+        block = LogConfig(name=next(iter(variables)), period_in_ms=period)
+        for variable, kind in variables.items():
+            block.add_variable(variable, kind)
+        block.data_received_cb.add_callback(lambda _stamp, values, _block: self._heard(values))
+        try:
+            craft.log.add_config(block)
+        except KeyError as error:
+            raise RobotError(f"its firmware cannot report {error}: update it by cfclient", self._name) from None
+        block.start()
