@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Final
 
+from vrg.bus.messages import SensorMessage
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.clock import REAL_CLOCK, MonotonicClock, Task
 from vrg.hal.driver import Driver, DriverContext
@@ -13,7 +14,7 @@ from vrg.hal.readings import Readings
 from vrg.hal.sensors.battery import Battery, BatterySpec
 from vrg.hal.sensors.ins import Ins, InsSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
-from vrg.hal.sensors.spec import Sample
+from vrg.hal.sensors.spec import Sample, SensorSpec
 from vrg.types import Pose, Twist
 from vrg_crazyflie.flight import Flight, Order
 from vrg_crazyflie.radio import Radio
@@ -73,10 +74,8 @@ class CrazyflieDriver(Driver):
         """
         if self._task is not None:
             return
-        self._flight.forget()
-        self._way.anew()
-        self._radio.open()
-        self._closing, self._work, self._why_lost = False, None, ""
+        self._begin_anew(self._radio.open)
+        self._closing, self._work = False, None
         self._beat = self._clock.now()
         self._task = self._clock.spawn(self._run, f"crazyflie {self.name}")
 
@@ -99,8 +98,6 @@ class CrazyflieDriver(Driver):
             RobotError: it does not hover, a fault, or the emergency stop.
         """
         with self._lock:
-            if self._task is None:
-                raise RobotError("expected an armed robot to drive: call connect() and arm() first", self.name)
             self._flight.drive(twist, self._clock.now())
             self._send()
 
@@ -140,8 +137,10 @@ class CrazyflieDriver(Driver):
             if self._task is None or self._flight.engaged:
                 return
             info = Info(0) if self._flight.status is None else self._flight.status.info
-            is_lost = bool(self._why_lost) or self._flight.status is None
-            self._ask(self._reconnect if is_lost else self._restart if Info.LOCKED in info else self._forgive)
+            if self._why_lost or self._flight.status is None:
+                self._ask(lambda: self._begin_anew(self._radio.open))
+            else:
+                self._ask(self._restart if Info.LOCKED in info else self._forgive)
         if not self._clock.wait(lambda: self._work is None, RECOVERY):
             raise RobotError(f"it was not recovered within {RECOVERY:g} s: try it again", self.name)
         if fault := self._flight.latched:
@@ -174,28 +173,24 @@ class CrazyflieDriver(Driver):
             now = self._clock.now()
             fault = self._fault(now)
             return Readings(
-                stamp=self._now() - (now - self._last.heard),
-                age=now - self._last.heard,
-                armed=self._flight.armed,
-                estop=self._flight.engaged,
-                fault=fault or None,
+                stamp=self._now() - (now - self._last.heard), age=now - self._last.heard,
+                armed=self._flight.armed, estop=self._flight.engaged, fault=fault or None,
                 latched=bool(self._flight.latched) and self._work is None,
                 samples=self._samples(now, self._last),
-            )
+            )  # fmt: skip
 
-    def _samples(self, now: float, motion: Motion) -> "list[Sample[Odometry] | Sample[Ins] | Sample[Battery]]":
-        age, model = now - motion.heard, self.features
-        found: list[Sample[Odometry] | Sample[Ins] | Sample[Battery]] = []
-        if (odometry := model.sensor(OdometrySpec)) is not None:
-            moved = Odometry(pose=self._way.pose, twist=motion.twist)
-            found.append(Sample(self._now() - age, age, moved, odometry.name))
-        if self._on_map and (ins := model.sensor(InsSpec)) is not None:
-            place = Ins(pose=Pose(motion.x, motion.y, motion.yaw))
-            found.append(Sample(self._now() - age, age, place, ins.name))
-        if (status := self._flight.status) is not None and (battery := model.sensor(BatterySpec)) is not None:
-            age = now - status.heard
-            found.append(Sample(self._now() - age, age, Battery(charge=status.charge), battery.name))
-        return found
+    def _samples(self, now: float, motion: Motion) -> list[Sample[SensorMessage]]:
+        """A sample of each sensor that the model has and it has reported."""
+        told: list[tuple[type[SensorSpec], SensorMessage, float]] = [
+            (OdometrySpec, Odometry(pose=self._way.pose, twist=motion.twist), motion.heard)
+        ]
+        if self._on_map:
+            told.append((InsSpec, Ins(pose=Pose(motion.x, motion.y, motion.yaw)), motion.heard))
+        if (status := self._flight.status) is not None:
+            told.append((BatterySpec, Battery(charge=status.charge), status.heard))
+        stamp = self._now() - now
+        found = ((self.features.sensor(kind), message, heard) for kind, message, heard in told)
+        return [Sample(stamp + heard, now - heard, message, spec.name) for spec, message, heard in found if spec]
 
     def _fault(self, now: float) -> str:
         if self._work is not None:
@@ -251,20 +246,15 @@ class CrazyflieDriver(Driver):
             self._work = work
 
     def _restart(self) -> None:
-        self._anew()
-        self._radio.restart(self._clock)
-        self._why_lost = ""
+        self._begin_anew(lambda: self._radio.restart(self._clock))
 
-    def _reconnect(self) -> None:
-        self._anew()
-        self._radio.close()
-        self._radio.open()
-        self._why_lost = ""
-
-    def _anew(self) -> None:
+    def _begin_anew(self, reach: Callable[[], None]) -> None:
+        """Reach it again, as one that stands on the ground and knows of nothing."""
         with self._lock:
             self._flight.forget()
             self._way.anew()
+        reach()
+        self._why_lost = ""
 
     def _forgive(self) -> None:
         """Let the firmware forget a crash, and see whether it does."""

@@ -1,18 +1,19 @@
 """When a Crazyflie takes off, flies, lands and is cut: a state machine of numbers, without a clock and without a radio.
 
 It takes off and flies by set-points, which the firmware's watchdog guards, and lands by the high-level commander on
-board, which goes on landing if this computer dies meanwhile.
+board, which goes on landing if this computer dies meanwhile. Only where its estimator has diverged it lands by
+set-points, too: the high-level commander would hold a place that is wrong.
 """
 
 import math
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import Enum
 from typing import Final
 
 from vrg.errors import RobotError
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.types import STILL, Twist
-from vrg_crazyflie.report import Info, Motion, Power, Status
+from vrg_crazyflie.report import LOW_POWER, Info, Motion, Status
 
 CLIMB_SPEED, LAND_SPEED = 0.4, 0.3
 """The speeds in m/s at which it takes off and, on average, lands."""
@@ -63,30 +64,13 @@ class Arming:
     wanted: bool
 
 
-class Order(Enum):
-    """What is ordered without numbers: the motors off, once it has landed; an emergency stop; recovery from a crash."""
-
-    OFF = auto()
-    CUT = auto()
-    RECOVER = auto()
-
-
+Order = Enum("Order", "OFF CUT RECOVER")
+"""What is ordered without numbers: the motors off, once it has landed; an emergency stop; recovery from a crash."""
 Command = Hover | Land | Arming | Order
 
 
-class Phase(Enum):
-    """What it is doing."""
-
-    GROUND = auto()
-    ARMING = auto()
-    CLIMBING = auto()
-    FLYING = auto()
-    BRAKING = auto()
-    LANDING = auto()
-
-
-ALOFT: Final = frozenset({Phase.CLIMBING, Phase.FLYING, Phase.BRAKING, Phase.LANDING})
-"""The phases in which its motors turn."""
+Phase = Enum("Phase", "GROUND ARMING CLIMBING FLYING BRAKING LANDING")
+"""What it is doing."""
 
 
 class Flight:
@@ -107,8 +91,7 @@ class Flight:
 
     def forget(self) -> None:
         """Begin anew, on the ground, with a Crazyflie that has just been connected."""
-        self.phase = Phase.GROUND
-        self.latched = ""
+        self.phase, self.latched = Phase.GROUND, ""
         self.motion: Motion | None = None
         self.status: Status | None = None
         self._wanted = False
@@ -116,10 +99,11 @@ class Flight:
         self._ground = 0.0
         """The height that the estimator reported before it took off, m."""
         self._command, self._commanded = STILL, -math.inf
-        self._landing = 0.0
-        """The time that the landing takes, s."""
+        self._landing, self._lost_place = 0.0, False
+        """The time that the landing takes, s, and whether it does not know its place."""
         self._low: float | None = None
         self._sunk: float | None = None
+        """The times since when the battery is low, and it is too low, s."""
 
     @property
     def armed(self) -> bool:
@@ -129,7 +113,7 @@ class Flight:
     @property
     def aloft(self) -> bool:
         """True if its motors turn, or may."""
-        return self.phase in ALOFT
+        return self.phase not in (Phase.GROUND, Phase.ARMING)
 
     def arm(self) -> None:
         """Take off as soon as nothing is in the way.
@@ -180,11 +164,9 @@ class Flight:
         before, self.motion = self.motion, motion
         if not self.aloft or before is None:
             return
-        if not motion.is_finite:
-            self._fail("its estimator has diverged: its place is no number", motion.heard)
-            return
         gap = math.dist((motion.x, motion.y, motion.z), (before.x, before.y, before.z))
-        if gap > JUMP + FASTEST * max(0.0, motion.heard - before.heard) or abs(motion.twist.speed) > 2 * FASTEST:
+        if not motion.is_finite or gap > JUMP + FASTEST * max(0.0, motion.heard - before.heard):
+            self._lost_place = True
             self._fail(f"its estimator has diverged: its place has jumped by {gap:.2f} m", motion.heard)
 
     def hear_status(self, status: Status) -> None:
@@ -192,19 +174,15 @@ class Flight:
         self.status = status
         now, info = status.heard, status.info
         if Info.LOCKED in info:
-            self._lose("its firmware has locked the motors, after an emergency stop or without set-points: restart it")
+            self.lose("its firmware has locked the motors, after an emergency stop or without set-points: restart it")
         elif Info.CRASHED in info:
-            self._lose("it has crashed: it has tumbled in flight: set it upright")
+            self.lose("it has crashed: it has tumbled in flight: set it upright")
         elif self.aloft and Info.CAN_FLY not in info:
-            self._lose("its firmware has switched the motors off in flight")
-        is_low = status.volts < self._battery_low or status.power in (Power.LOW, Power.SHUTDOWN)
+            self.lose("its firmware has switched the motors off in flight")
+        is_low = status.volts < self._battery_low or status.power in LOW_POWER
         self._low = None if not is_low else now if self._low is None else self._low
         if self.aloft and self._low is not None and now - self._low >= LOW_TIME:
             self._fail(f"its battery is low, {status.volts:.2f} V: charge it", now)
-
-    def lose(self, why: str) -> None:
-        """The link was lost, so that nobody commands it."""
-        self._lose(why)
 
     def fault(self, now: float) -> str:
         """What is wrong; empty if nothing is."""
@@ -232,13 +210,9 @@ class Flight:
         if self.aloft and now - motion.heard > BLIND_TIMEOUT:
             self._fail(f"it has not reported for {BLIND_TIMEOUT:g} s", now)
         steps = {
-            Phase.GROUND: self._waiting,
-            Phase.ARMING: self._arming,
-            Phase.CLIMBING: self._climbing,
-            Phase.FLYING: self._flying,
-            Phase.BRAKING: self._braking,
-            Phase.LANDING: self._land,
-        }
+            Phase.GROUND: self._waiting, Phase.ARMING: self._arming, Phase.CLIMBING: self._climbing,
+            Phase.FLYING: self._flying, Phase.BRAKING: self._braking, Phase.LANDING: self._land,
+        }  # fmt: skip
         return steps[self.phase](now, motion, status)
 
     def _waiting(self, now: float, _motion: Motion, _status: Status) -> list[Command]:
@@ -252,7 +226,7 @@ class Flight:
             self._go(Phase.CLIMBING, now)
             return [Hover(STILL, motion.z)]
         if now - self._since > ARM_PATIENCE:
-            self._lose("its firmware refuses to arm: see its log in cfclient")
+            self.lose("its firmware refuses to arm: see its log in cfclient")
             return []
         return self._again(now, Arming(True))
 
@@ -260,7 +234,7 @@ class Flight:
         passed = now - self._since
         risen, wanted = motion.z - self._ground, CLIMB_SPEED * passed
         if passed > LIFT_TIME and risen < LIFT_HEIGHT:
-            self._lose("it does not leave the ground though its thrust is up: is a propeller blocked or a motor dead?")
+            self.lose("it does not leave the ground though its thrust is up: is a propeller blocked or a motor dead?")
             return [Order.OFF]
         if wanted >= self._height and abs(risen - self._height) < CLIMB_TOLERANCE:
             self._go(Phase.FLYING, now)
@@ -276,12 +250,13 @@ class Flight:
         is_fresh = now - self._commanded <= COMMAND_TIMEOUT and now - motion.heard <= REPORT_TIMEOUT
         return [Hover(self._command if is_fresh else STILL, self._ground + self._height)]
 
-    def _braking(self, now: float, motion: Motion, _status: Status) -> list[Command]:
+    def _braking(self, now: float, motion: Motion, status: Status) -> list[Command]:
         if now - self._since < BRAKE_TIME and abs(motion.twist.speed) > BRAKE_SPEED:
-            return [Hover(STILL, max(motion.z, self._ground))]
-        self._landing = max(0.5, (motion.z - self._ground) / LAND_SPEED)
+            return [Hover(STILL, self._ground + self._height if self._lost_place else max(motion.z, self._ground))]
+        height = motion.z - self._ground if not self._lost_place else self._height
+        self._landing = max(0.5, height / LAND_SPEED)
         self._go(Phase.LANDING, now)
-        return self._again(now, Land(self._landing, self._ground))
+        return self._land(now, motion, status)
 
     def _land(self, now: float, motion: Motion, status: Status) -> list[Command]:
         passed = now - self._since
@@ -289,6 +264,8 @@ class Flight:
         if is_down or passed > self._landing + LAND_PATIENCE:
             self._go(Phase.GROUND, now)
             return [Order.OFF, Arming(False)]
+        if self._lost_place:
+            return [Hover(STILL, self._ground + self._height * (1.0 - passed / self._landing))]
         if Info.PLAN_ACTIVE in status.info and status.heard > self._since:
             return []
         return self._again(now, Land(self._landing, self._ground))
@@ -308,8 +285,8 @@ class Flight:
         if self.phase in (Phase.CLIMBING, Phase.FLYING):
             self._go(Phase.BRAKING, now)
 
-    def _lose(self, why: str) -> None:
-        """Latch a fault with which nobody can fly it any more."""
+    def lose(self, why: str) -> None:
+        """Latch a fault with which nobody can fly it any more, such as a lost link."""
         if not self.latched or self.aloft:
             self.latched = why
         self._wanted, self.phase = False, Phase.GROUND

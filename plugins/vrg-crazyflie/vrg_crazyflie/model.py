@@ -1,4 +1,12 @@
-"""The robot model of the Crazyflie 2.1 by Bitcraze, as a robot of the plane that moves in any direction."""
+"""The robot model of the Crazyflie 2.1 by Bitcraze, as a robot of the plane that moves in any direction.
+
+Sources: size (92 x 92 x 29 mm, from motor to motor), mass (29 g with the battery; 27 g in other places), battery
+(3.7 V, 250 mAh) and time of flight (7 minutes, by which it needs 7.5 W to hover) are of the Crazyflie 2.1 data sheet of
+Bitcraze; not checked against the document itself. It accelerates by the tangent of 20 degrees times g, as
+PID_VEL_ROLL_MAX limits its tilt (crazyflie-firmware 2026.08, platform_defaults_cf2.h). Its top speed and turn rate are
+choices for flying indoors by a Flow deck, far below what it can do. Estimated: wheels, which stand for its rotors,
+efficiency, colour.
+"""
 
 import math
 
@@ -11,7 +19,6 @@ from vrg.portable.scalars import cos, sin
 
 ARM = 0.046
 """The distance in m from the middle to a motor: half of the 92 mm between two motors across."""
-AXES = ("left", "back", "right")
 
 CRAZYFLIE = RobotModel(
     name="Crazyflie",
@@ -19,10 +26,10 @@ CRAZYFLIE = RobotModel(
     width=0.092,
     height=0.029,
     mass=0.029,
-    # A drivetrain has wheels. Three omni wheels under the arms move the body as freely as four rotors do, and their
+    # A drivetrain has wheels: three omni wheels under the arms move the body as freely as four rotors do, and their
     # limit, a hexagon, lies within the circle of all velocities of up to `v_max`.
     drivetrain=Drivetrain(
-        axes=AXES,
+        axes=("left", "back", "right"),
         wheels=tuple(
             Wheel(x=ARM * cos(at), y=ARM * sin(at), heading=at + math.pi / 2, axis=n, rollers=True)
             for n, at in enumerate((math.pi / 3, math.pi, -math.pi / 3))
@@ -41,11 +48,7 @@ CRAZYFLIE = RobotModel(
     sensors=(OdometrySpec(), InsSpec(), BatterySpec()),
     colour=(30, 30, 30),
     source=(
-        "Size (92 x 92 x 29 mm, motor to motor), mass (29 g with the battery; 27 g without, by other sheets) and "
-        "battery (3.7 V, 250 mAh): Crazyflie 2.1 data sheet, Bitcraze; not checked against the document itself. "
-        "Acceleration: tan(20 degrees) g, as PID_VEL_ROLL_MAX and PID_VEL_PITCH_MAX limit the tilt "
-        "(crazyflie-firmware 2026.08, platform_defaults_cf2.h). Power while it hovers: the battery by the 7 minutes of "
-        "the data sheet. Top speed and turn rate are choices for flying indoors by a Flow deck, far below what it can "
-        "do. Its wheels stand for its rotors and are estimated, as are its efficiency and its colour."
+        "Crazyflie 2.1 data sheet, Bitcraze, not checked against the document itself, and crazyflie-firmware 2026.08. "
+        "Top speed and turn rate are choices. Its wheels stand for its rotors; see vrg_crazyflie/model.py."
     ),
 )

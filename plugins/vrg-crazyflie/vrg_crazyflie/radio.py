@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from platformdirs import user_cache_path
@@ -43,13 +44,8 @@ class Radio:
         self._heard, self._lost = heard, lost
         self._craft: Crazyflie | None = None
 
-    @property
-    def restartable(self) -> bool:
-        """True if it can be switched off and on from here: by its radio, and not by a cable, which powers it."""
-        return self.uri.startswith(("radio://", "vrg://"))
-
     def open(self) -> None:
-        """Connect, and start the reports.
+        """Connect, or connect again, and start the reports.
 
         Raises:
             RobotError: it does not answer, or its firmware is too old.
@@ -58,13 +54,14 @@ class Radio:
 
         from vrg_crazyflie.emulated.link import SCHEME, register  # noqa: PLC0415
 
+        self.close()
         register()
         cache = None if self.uri.startswith(SCHEME) else str(user_cache_path("vrg") / "crazyflie")
         craft = Crazyflie(rw_cache=cache)
         ready, why = threading.Event(), [""]
 
         def failed(_: str, reason: str) -> None:
-            why[0] = reason.strip().splitlines()[0] if reason.strip() else "the link failed"
+            why[0] = (reason.strip() or "the link failed").splitlines()[0]  # it may have a traceback below
             ready.set()
 
         craft.fully_connected.add_callback(lambda _: ready.set())
@@ -75,15 +72,10 @@ class Radio:
             why[0] = f"it did not tell what it is within {CONNECTING:g} s"
         if why[0]:
             craft.close_link()
-            raise RobotError(
-                f"cannot connect to {self.uri}: {why[0]}: is it switched on, is its address right, and is the "
-                "Crazyradio plugged in?",
-                self._name,
-            )
+            ask = "is it switched on, is its address right, and is the Crazyradio plugged in?"
+            raise RobotError(f"cannot connect to {self.uri}: {why[0]}: {ask}", self._name)
         try:
-            self._check(craft)
-            for of, period in ((MOTION, MOTION_PERIOD), (STATUS, STATUS_PERIOD)):
-                self._report(craft, of, period)
+            self._start(craft)
         except RobotError:
             craft.close_link()
             raise
@@ -119,7 +111,7 @@ class Radio:
         Raises:
             RobotError: it hangs on a cable, or does not answer.
         """
-        if not self.restartable:
+        if not self.uri.startswith(("radio://", "vrg://")):  # a cable powers it, too
             raise RobotError("it cannot be restarted by its cable: switch it off and on, then recover it", self._name)
         from cflib.utils.power_switch import PowerSwitch  # noqa: PLC0415
 
@@ -135,15 +127,10 @@ class Radio:
         except Exception as error:  # cflib raises no narrower one
             raise RobotError(f"cannot restart it: {error}: switch it off and on, then recover it", self._name) from None
         deadline = clock.now() + BOOTING
-        while True:
+        while self._craft is None:
             clock.sleep(OFF_TIME)
-            try:
+            with suppress(*([RobotError] if clock.now() < deadline else [])):
                 self.open()
-            except RobotError:
-                if clock.now() > deadline:
-                    raise
-            else:
-                return
 
     def close(self) -> None:
         """Close the link. cflib sends a last set-point with no thrust: one that still flies falls."""
@@ -151,24 +138,23 @@ class Radio:
         if craft is not None:
             craft.close_link()
 
-    def _check(self, craft: "Crazyflie") -> None:
-        version = craft.platform.get_protocol_version()
-        if version < OLDEST:
-            raise RobotError(
-                f"expected a firmware with protocol version {OLDEST} or later, such as 2026.04, got version {version}: "
-                "update it by cfclient",
-                self._name,
-            )
-
-    def _report(self, craft: "Crazyflie", variables: Mapping[str, str], period: int) -> None:
+    def _start(self, craft: "Crazyflie") -> None:
+        """Start the reports of one whose firmware has them."""
         from cflib.crazyflie.log import LogConfig  # noqa: PLC0415
 
-        block = LogConfig(name=next(iter(variables)), period_in_ms=period)
-        for variable, kind in variables.items():
-            block.add_variable(variable, kind)
-        block.data_received_cb.add_callback(lambda _stamp, values, _block: self._heard(values))
-        try:
-            craft.log.add_config(block)
-        except KeyError as error:
-            raise RobotError(f"its firmware cannot report {error}: update it by cfclient", self._name) from None
-        block.start()
+        version = craft.platform.get_protocol_version()
+        if version < OLDEST:
+            what = (
+                f"expected a firmware with protocol version {OLDEST} or later, such as 2026.04, got version {version}"
+            )
+            raise RobotError(f"{what}: update it by cfclient", self._name)
+        for variables, period in ((MOTION, MOTION_PERIOD), (STATUS, STATUS_PERIOD)):
+            block = LogConfig(name=next(iter(variables)), period_in_ms=period)
+            for variable, kind in variables.items():
+                block.add_variable(variable, kind)
+            block.data_received_cb.add_callback(lambda _stamp, values, _block: self._heard(values))
+            try:
+                craft.log.add_config(block)
+            except KeyError as error:
+                raise RobotError(f"its firmware cannot report {error}: update it by cfclient", self._name) from None
+            block.start()

@@ -3,62 +3,32 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum, IntFlag
+from enum import IntFlag
 from typing import Final
 
 from vrg.geometry import compose, inverse
 from vrg.types import Pose, Twist
 
 MOTION: Final = {
-    "stateEstimate.x": "float",
-    "stateEstimate.y": "float",
-    "stateEstimate.z": "float",
-    "stateEstimate.vx": "float",
-    "stateEstimate.vy": "float",
-    "stateEstimate.yaw": "float",
-    "stateEstimateZ.rateYaw": "int16_t",
-}
+    "stateEstimate.x": "float", "stateEstimate.y": "float", "stateEstimate.z": "float", "stateEstimate.vx": "float",
+    "stateEstimate.vy": "float", "stateEstimate.yaw": "float", "stateEstimateZ.rateYaw": "int16_t",
+}  # fmt: skip
 """The variables of the block of the motion and the types in which they are sent: 26 bytes, as many as a block holds."""
 STATUS: Final = {
-    "supervisor.info": "uint16_t",
-    "pm.vbat": "float",
-    "pm.state": "int8_t",
-    "pm.batteryLevel": "uint8_t",
+    "supervisor.info": "uint16_t", "pm.vbat": "float", "pm.state": "int8_t", "pm.batteryLevel": "uint8_t",
     "stabilizer.thrust": "float",
-}
+}  # fmt: skip
 """The variables of the block of the status."""
+LOW_POWER: Final = (3, 4)
+"""The values of pm.state of a battery that is low, and of one that is about to be switched off (pm.h)."""
 MOTION_PERIOD, STATUS_PERIOD = 20, 100
 """The time in ms from one report to the next."""
+Info = IntFlag("Info", "CAN_BE_ARMED ARMED AUTO_ARM CAN_FLY FLYING TUMBLED LOCKED CRASHED "
+                       "PLAN_ACTIVE PLAN_FINISHED PLAN_DISABLED DECK_FAULT")  # fmt: skip
+"""The bits of supervisor.info, from the lowest on (crazyflie-firmware 2026.08, supervisor.c)."""
 
 
-class Info(IntFlag):
-    """The bits of supervisor.info (crazyflie-firmware 2026.08, supervisor.c)."""
-
-    CAN_BE_ARMED = 1 << 0
-    ARMED = 1 << 1
-    AUTO_ARM = 1 << 2
-    CAN_FLY = 1 << 3
-    FLYING = 1 << 4
-    TUMBLED = 1 << 5
-    LOCKED = 1 << 6
-    CRASHED = 1 << 7
-    PLAN_ACTIVE = 1 << 8
-    PLAN_FINISHED = 1 << 9
-    PLAN_DISABLED = 1 << 10
-    DECK_FAULT = 1 << 11
-
-
-class Power(IntEnum):
-    """The values of pm.state (pm.h)."""
-
-    BATTERY = 0
-    CHARGING = 1
-    CHARGED = 2
-    LOW = 3
-    SHUTDOWN = 4
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Motion:
     """The state that the estimator on board reports.
 
@@ -80,7 +50,7 @@ class Motion:
     @property
     def is_finite(self) -> bool:
         """True if all numbers are finite."""
-        return all(map(math.isfinite, (self.x, self.y, self.z, self.vx, self.vy, self.yaw, self.w)))
+        return math.isfinite(self.x + self.y + self.z + self.vx + self.vy + self.yaw + self.w)
 
     @property
     def twist(self) -> Twist:
@@ -91,26 +61,18 @@ class Motion:
 
 def motion_of(values: Mapping[str, float], heard: float) -> Motion:
     """The motion in a log block; the firmware has degrees and thousandths of a radian."""
-    own = "stateEstimate."
-    return Motion(
-        heard=heard,
-        x=values[f"{own}x"],
-        y=values[f"{own}y"],
-        z=values[f"{own}z"],
-        vx=values[f"{own}vx"],
-        vy=values[f"{own}vy"],
-        yaw=math.radians(values[f"{own}yaw"]),
-        w=values["stateEstimateZ.rateYaw"] / 1000.0,
-    )
+    x, y, z, vx, vy, yaw, w = (values[name] for name in MOTION)
+    return Motion(heard, x, y, z, vx, vy, math.radians(yaw), w / 1000.0)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Status:
     """The state of the supervisor and of the battery.
 
     Args:
         heard: the time at which it was heard, s. info: the supervisor's bits.
-        volts: the battery's voltage under its present load, V. power: see `Power`. charge: what is left of it, 0 to 1.
+        volts: the battery's voltage under its present load, V. power: pm.state; see LOW_POWER.
+        charge: what is left of the battery, 0 to 1.
         thrust: what the controller asks of the motors, 0 to 65535.
     """
 
@@ -124,14 +86,8 @@ class Status:
 
 def status_of(values: Mapping[str, float], heard: float) -> Status:
     """The status in a log block."""
-    return Status(
-        heard=heard,
-        info=Info(int(values["supervisor.info"])),
-        volts=values["pm.vbat"],
-        power=int(values["pm.state"]),
-        charge=min(1.0, max(0.0, values["pm.batteryLevel"] / 100.0)),
-        thrust=values["stabilizer.thrust"],
-    )
+    info, volts, power, level, thrust = (values[name] for name in STATUS)
+    return Status(heard, Info(int(info)), volts, int(power), min(1.0, max(0.0, level / 100.0)), thrust)
 
 
 class Way:

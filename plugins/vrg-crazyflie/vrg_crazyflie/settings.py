@@ -13,11 +13,9 @@ from vrg.hal.settings import BackendSettings
 from vrg.tables import Table, problems_of
 
 _URI: Final = re.compile(
-    r"radio://(?P<dongle>\d+|[0-9A-Fa-f]{10})/(?P<channel>\d+)/(250K|1M|2M)(/[0-9A-Fa-f]{1,10})?(\?.*)?"
+    r"radio://(\d+|[0-9A-Fa-f]{10})/(\d\d?|1[01]\d|12[0-5])/(250K|1M|2M)(/[0-9A-Fa-f]{1,10})?(\?.*)?"
     r"|usb://\d+|(udp|tcp)://[^/:]+:\d+|serial://[^/]+|vrg://[\w.-]+"
 )
-CHANNELS: Final = 125
-"""The highest channel of a Crazyradio; each is 1 MHz."""
 
 
 def uri_of(value: str) -> str:
@@ -26,12 +24,9 @@ def uri_of(value: str) -> str:
     Raises:
         ValueError: it is not one.
     """
-    found = _URI.fullmatch(value)
-    if found is None:
-        raise ValueError(f"expected an address such as radio://0/80/2M/E7E7E7E701 or usb://0, got {value!r}")
-    if found["channel"] is not None and int(found["channel"]) > CHANNELS:
-        raise ValueError(f"expected a radio channel of 0 to {CHANNELS}, got {found['channel']}")
-    return value
+    if _URI.fullmatch(value):
+        return value
+    raise ValueError(f"expected usb://0, or a channel of 0 to 125 as in radio://0/80/2M/E7E7E7E701, got {value!r}")
 
 
 class CrazyflieRobot(Table):
@@ -109,22 +104,17 @@ class CrazyflieSettings(BackendSettings):
         ]
 
     def missing_here(self, robots: Sequence[str]) -> list[str]:
-        """cflib, and a Crazyradio for those with an address of a radio."""
-        if self.emulate:
+        """A Crazyradio, for those with an address of a radio."""
+        radios = [name for name in robots if not self.emulate and self.robots[name].uri.startswith("radio:")]
+        if not radios:
             return []
         try:
             from cflib.drivers.crazyradio import get_serials  # noqa: PLC0415 - a match file is checked without
-        except ImportError:
-            return ["cflib is missing: pip install cflib"]
-        wanted = [name for name in robots if self.robots[name].uri.startswith("radio:")]
-        if not wanted:
-            return []
-        try:
-            there = len(get_serials())
+
+            why = "" if get_serials() else "no Crazyradio is plugged in, or it may not be used"
         except Exception as error:  # of whatever USB library cflib has found
-            return [f"{' and '.join(wanted)}: USB cannot be used: {error}: see the udev rule in vrg-crazyflie's README"]
-        return [] if there else [f"{' and '.join(wanted)}: no Crazyradio is plugged in, or it may not be used: see the "
-                                 "udev rule in the README of vrg-crazyflie"]  # fmt: skip
+            why = f"USB cannot be used: {error}"
+        return [f"{' and '.join(radios)}: {why}: see the udev rule in the README of vrg-crazyflie"] if why else []
 
 
 def _identity(uri: str) -> str:

@@ -3,6 +3,7 @@
 An unmodified program of cflib can open them after `register()`.
 """
 
+import math
 import random
 import re
 import threading
@@ -17,8 +18,9 @@ from cflib.crtp.exceptions import WrongUriType
 
 from vrg.hal.clock import REAL_CLOCK, MonotonicClock
 from vrg_crazyflie.emulated.firmware import Firmware
+from vrg_crazyflie.emulated.supervisor import State
 from vrg_crazyflie.emulated.vehicle import STEP, Vehicle
-from vrg_crazyflie.emulated.wire import Packet, Port
+from vrg_crazyflie.emulated.wire import COMMANDER, GENERIC, Packet
 
 SCHEME: Final = "vrg://"
 """What the addresses of emulated Crazyflies begin with."""
@@ -37,44 +39,39 @@ class Emulated:
 
     Args:
         name: what follows SCHEME in its address. clock: the time by which it lives. vehicle: its body.
-        seed: of the packets that are lost.
 
     Attributes:
         reachable: False while no packet comes through. silent: True while it hears, but is not heard.
         loss: the share of set-points and of log values that are lost, 0 to 1; cflib has all others repeated.
     """
 
-    def __init__(
-        self, name: str, *, clock: MonotonicClock = REAL_CLOCK, vehicle: Vehicle | None = None, seed: int = 0
-    ) -> None:
+    def __init__(self, name: str, *, clock: MonotonicClock = REAL_CLOCK, vehicle: Vehicle | None = None) -> None:
         self.name, self.clock = name, clock
         self.vehicle = vehicle or Vehicle()
         self.firmware = Firmware(self.vehicle)
         self.reachable, self.silent, self.loss = True, False, 0.0
         self.link: EmulatedLink | None = None
-        self._random = random.Random(seed)
+        self._random = random.Random(0)
         self._lock = threading.Lock()
         self._boots: float | None = None
         """The time at which it answers again, s; infinity while it is off, None while it is on."""
-        self._unheard = clock.now()
+        self._lived = self._unheard = clock.now()
         self._closed = False
         self._settles = clock is not REAL_CLOCK
         clock.spawn(self._run, f"emulated {name}")
 
     @property
-    def answers(self) -> bool:
-        """True if a client that calls now is answered."""
-        return self.reachable and not self.silent and self._boots is None and self.vehicle.powered
+    def hears(self) -> bool:
+        """True if it is on, and packets come through."""
+        return self.reachable and self._boots is None and self.vehicle.powered
 
     def receive(self, packet: Packet) -> list[Packet]:
         """The answers to a packet of a client, which may come on any thread."""
         with self._lock:
             if packet[:2] == _POWER and packet[2][:1] == b"\xfe":
                 return self._switch(packet[2][1]) if self.reachable else []
-            lossy = packet[0] in (Port.GENERIC, Port.COMMANDER) and self._random.random() < self.loss
-            if not self.reachable or self._boots is not None or not self.vehicle.powered or lossy:
-                return []
-            answers = self.firmware.receive(packet)
+            lossy = packet[0] in (GENERIC, COMMANDER) and self._random.random() < self.loss
+            answers = self.firmware.receive(packet) if self.hears and not lossy else []
             return [] if self.silent else answers
 
     def close(self) -> None:
@@ -85,18 +82,16 @@ class Emulated:
     def _switch(self, command: int) -> list[Packet]:
         """Switch off what flies, or on again."""
         if command == 2:
-            self._boots = float("inf")
-            self.firmware.blocks.clear()
-            self.vehicle.supervisor.state = type(self.vehicle.supervisor.state).LOCKED
+            self._boots = math.inf
+            self.vehicle.supervisor.state = State.LOCKED
         elif command == 3:
             self._boots = self.clock.now() + BOOT_TIME
         return [(*_POWER, b"\xfe")]
 
     def _run(self) -> None:
         while not self._closed:
+            self._step()
             self.clock.sleep(STEP)
-            if not self._closed:
-                self._step()
 
     def _step(self) -> None:
         with self._lock:
@@ -105,21 +100,22 @@ class Emulated:
                 self._boots = None
                 self.vehicle.boot()
                 self.firmware = Firmware(self.vehicle)
-            self.vehicle.step()
-            sent = self.firmware.due() if self.answers else []
-            sent = [packet for packet in sent if self._random.random() >= self.loss]
+            while self._lived < now - 1e-9:
+                self.vehicle.step()
+                self._lived += STEP
+            is_heard = self.hears and not self.silent
+            sent = [one for one in self.firmware.due() if is_heard and self._random.random() >= self.loss]
             link = self.link
-        if link is None or self.answers:
+        if link is None or is_heard:
             self._unheard = now
-        if link is None:
-            return
-        for packet in sent:
-            link.hear(packet)
-        if now - self._unheard > LINK_TIMEOUT:
+        elif now - self._unheard > LINK_TIMEOUT:
             self.link = None
             link.fail("Too many packets lost")
-        elif self._settles:
-            link.settle()
+        if link is not None:
+            for packet in sent:
+                link.hear(packet)
+            if self._settles:
+                link.settle()
 
 
 CRAZYFLIES: Final[dict[str, Emulated]] = {}
@@ -152,7 +148,7 @@ class EmulatedLink(CRTPDriver):  # type: ignore[misc]
         craft = CRAZYFLIES.get(name) or CRAZYFLIES.setdefault(name, Emulated(name))
         # With options, the processor of the radio is meant; whoever speaks to that reads one answer and no more.
         self._reads = found[2] is None
-        if self._reads and not craft.answers:
+        if self._reads and (craft.silent or not craft.hears):
             raise ConnectionError(f"{uri} does not answer")
         self._craft, craft.link = craft, self
 
@@ -213,10 +209,6 @@ class EmulatedLink(CRTPDriver):  # type: ignore[misc]
     def get_name(self) -> str:
         """The name of this kind of link."""
         return "vrg"
-
-    def get_status(self) -> str:
-        """How many there are."""
-        return f"{len(CRAZYFLIES)} emulated"
 
 
 def register() -> None:

@@ -2,7 +2,7 @@
 and supervisor_state_machine.c), as on a Crazyflie 2.1, whose motors do not tell whether they turn."""
 
 import math
-from enum import Enum, auto
+from enum import Enum
 from typing import Final
 
 from vrg_crazyflie.report import Info
@@ -22,19 +22,8 @@ UPSIDE_DOWN_LIMIT, UPSIDE_DOWN_TIME = -0.2, 0.1
 """The same of one that is upside down."""
 
 
-class State(Enum):
-    """The states of the supervisor."""
-
-    NOT_READY = auto()
-    READY_TO_ARM = auto()
-    READY_TO_FLY = auto()
-    FLYING = auto()
-    LANDED = auto()
-    LEVELLING = auto()
-    LOCKED = auto()
-    CRASHED = auto()
-
-
+State = Enum("State", "NOT_READY READY_TO_ARM READY_TO_FLY FLYING LANDED LEVELLING LOCKED CRASHED")
+"""The states of the supervisor."""
 ABLE: Final = frozenset({State.READY_TO_FLY, State.FLYING, State.LANDED, State.LEVELLING})
 """The states in which the motors may turn."""
 
@@ -62,17 +51,11 @@ class Supervisor:
 
     def info(self, planning: Info) -> Info:
         """The bits that it reports, with those of the high-level commander."""
-        bits = {
-            Info.CAN_BE_ARMED: self.state is State.READY_TO_ARM,
-            Info.ARMED: self.armed,
-            Info.AUTO_ARM: self.auto_arm,
-            Info.CAN_FLY: self.able,
-            Info.FLYING: self.state in (State.FLYING, State.LEVELLING),
-            Info.TUMBLED: self.tumbled,
-            Info.LOCKED: self.state is State.LOCKED,
-            Info.CRASHED: self.crashed,
-        }
-        return planning | Info(sum(bit for bit, is_set in bits.items() if is_set))
+        state = self.state
+        flying = state in (State.FLYING, State.LEVELLING)
+        bits = (state is State.READY_TO_ARM, self.armed, self.auto_arm, self.able, flying, self.tumbled,
+                state is State.LOCKED, self.crashed)  # fmt: skip
+        return planning | Info(sum(1 << n for n, is_set in enumerate(bits) if is_set))
 
     def arm(self, wanted: bool) -> bool:
         """Arm or disarm; return whether that was granted."""
@@ -128,28 +111,23 @@ class Supervisor:
         rows: dict[State, tuple[tuple[bool, State], ...]] = {
             State.NOT_READY: ((stop, State.LOCKED), (not self.tumbled, State.READY_TO_ARM)),
             State.READY_TO_ARM: (
-                (stop, State.LOCKED),
-                (self.tumbled, State.NOT_READY),
-                (self.armed, State.READY_TO_FLY),
+                (stop, State.LOCKED), (self.tumbled, State.NOT_READY), (self.armed, State.READY_TO_FLY),
             ),
             State.READY_TO_FLY: (
-                (stop, State.LOCKED),
-                (self.tumbled or not self.armed or waited > PREFLIGHT_TIMEOUT, State.NOT_READY),
+                (stop, State.LOCKED), (self.tumbled or not self.armed or waited > PREFLIGHT_TIMEOUT, State.NOT_READY),
                 (flying, State.FLYING),
             ),
             State.FLYING: (
-                (stop or age > OFF_TIMEOUT, State.LOCKED),
-                (self.tumbled, State.CRASHED),
-                (not self.armed, State.NOT_READY),
-                (age > LEVEL_TIMEOUT, State.LEVELLING),
-                (not flying, State.LANDED),
+                (stop or age > OFF_TIMEOUT, State.LOCKED), (self.tumbled, State.CRASHED),
+                (not self.armed, State.NOT_READY), (age > LEVEL_TIMEOUT, State.LEVELLING), (not flying, State.LANDED),
             ),
             State.LEVELLING: (
-                (stop or self.tumbled or age > OFF_TIMEOUT, State.LOCKED),
-                (age <= LEVEL_TIMEOUT, State.FLYING),
+                (stop or self.tumbled or age > OFF_TIMEOUT, State.LOCKED), (age <= LEVEL_TIMEOUT, State.FLYING),
             ),
-            State.LANDED: ((not self.armed or waited > LANDING_TIMEOUT, State.NOT_READY), (flying, State.FLYING)),
+            State.LANDED: (
+                (not self.armed or waited > LANDING_TIMEOUT, State.NOT_READY), (flying, State.FLYING),
+            ),
             State.CRASHED: ((not self.crashed and not self.tumbled, State.NOT_READY), (stop, State.LOCKED)),
             State.LOCKED: (),  # until it is switched off
-        }
+        }  # fmt: skip
         return next((state for holds, state in rows[self.state] if holds), self.state)

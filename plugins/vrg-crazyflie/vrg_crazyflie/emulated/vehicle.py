@@ -1,12 +1,13 @@
 """The body of an emulated Crazyflie: how it moves, falls and uses up its battery."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from vrg_crazyflie.emulated.supervisor import State, Supervisor
 from vrg_crazyflie.emulated.wire import OFF, Mode, Setpoint
-from vrg_crazyflie.report import Info, Power
+from vrg_crazyflie.report import LOW_POWER, Info
 
 STEP: Final = 0.01
 """The time in s from one state to the next."""
@@ -28,6 +29,8 @@ HOVER_POWER, IDLE_POWER, ENERGY = 7.5, 0.5, 0.925
 LOW_TIME: Final = 5.0
 """The time in s for which the battery is low before the firmware says so, or switches everything off
 (DEFAULT_BAT_LOW_DURATION_TO_TRIGGER_SEC)."""
+CRITICAL_VOLTAGE: Final = 3.0
+"""The voltage in V below which everything is switched off (DEFAULT_BAT_CRITICAL_LOW_VOLTAGE)."""
 HOVER_THRUST: Final = 36000.0
 """What the controller asks of the motors while it hovers, of 65535 (PID_VEL_THRUST_BASE)."""
 TUMBLE_TIME: Final = 0.3
@@ -47,8 +50,8 @@ class Plan:
 
     began: float
     duration: float
-    start: tuple[float, float, float, float]
-    end: tuple[float, float, float, float]
+    start: Sequence[float]
+    end: Sequence[float]
 
     def at(self, now: float) -> tuple[float, ...]:
         """The position and the heading at a time."""
@@ -65,14 +68,15 @@ class Vehicle:
 
     Attributes:
         error: what the estimator adds to x, y and z, m. blocked: True while a propeller is blocked.
+        sag: by how much it flies too low, as its thrust does not suffice, m.
     """
 
     def __init__(self, *, response: float = RESPONSE, auto_arm: bool = True) -> None:
         self.response, self.auto_arm = response, auto_arm
-        self.z = self.vz = self.tilt = 0.0
+        self.z = self.vz = self.tilt = self.sag = 0.0
         self.charge = 1.0
         self.blocked = False
-        self.low_voltage, self.critical_voltage = 3.2, 3.0
+        self.low_voltage = 3.2
         self.powered = True
         self.boot()
 
@@ -85,9 +89,8 @@ class Vehicle:
         self.setpoint, self.commanded, self.low_level = OFF, 0.0, False
         self.plan: Plan | None = None
         self.stopped = False
-        self.power = Power.BATTERY
-        self._low_since: float | None = None
-        self._critical_since: float | None = None
+        self.power = 0
+        self._low_since = self._critical_since = 0.0
 
     @property
     def thrust(self) -> float:
@@ -102,14 +105,10 @@ class Vehicle:
     @property
     def info(self) -> Info:
         """The bits that the supervisor reports."""
-        planning = Info(0)
         if self.plan is None:
-            planning |= Info(0) if self.stopped else Info.PLAN_DISABLED
-        else:
-            planning |= Info.PLAN_ACTIVE
-            if self.now >= self.plan.began + self.plan.duration:
-                planning |= Info.PLAN_FINISHED
-        return self.supervisor.info(planning)
+            return self.supervisor.info(Info(0) if self.stopped else Info.PLAN_DISABLED)
+        is_finished = self.now >= self.plan.began + self.plan.duration
+        return self.supervisor.info(Info.PLAN_ACTIVE | (Info.PLAN_FINISHED if is_finished else Info(0)))
 
     def command(self, setpoint: Setpoint) -> None:
         """Take a set-point of a client, which ends a trajectory."""
@@ -120,12 +119,11 @@ class Vehicle:
         """Let the high-level commander command again."""
         self.low_level = False
 
-    def fly_to(self, end: tuple[float, float, float, float], duration: float) -> bool:
+    def fly_to(self, end: Sequence[float], duration: float) -> bool:
         """Plan a trajectory from here; return False if the supervisor forbids to fly."""
         if not self.supervisor.able:
             return False
-        x, y, z = self.estimate
-        self.plan, self.stopped = Plan(self.now, max(duration, STEP), (x, y, z, self.yaw), end), False
+        self.plan, self.stopped = Plan(self.now, max(duration, STEP), (*self.estimate, self.yaw), end), False
         return True
 
     def halt(self) -> None:
@@ -141,9 +139,9 @@ class Vehicle:
         """Let STEP pass."""
         self.now += STEP
         self._plan()
-        age = self.now - self.commanded
-        up = self._up()
+        up = math.cos(self.tilt) if self.z <= 0.0 else 1.0 if self.thrust else 0.0
         if round(self.now / STEP) % 4 == 0:  # 25 Hz
+            age = self.now - self.commanded
             self.supervisor.update(self.now, thrust=self.thrust > 0.0, up=up, age=age)
         self._use_up()
         lifting = self.thrust > 0.0 and self.tilt < UPSET
@@ -161,28 +159,17 @@ class Vehicle:
         if self.stopped:
             self.setpoint, self.commanded = OFF, self.now
         elif self.plan is not None:
-            x, y, z, yaw = self.plan.at(self.now)
-            self.setpoint, self.commanded = Setpoint(Mode.POSITION, x, y, z, yaw), self.now
-
-    def _up(self) -> float:
-        """The acceleration that its sensor measures along its z axis, g."""
-        if self.z <= 0.0:
-            return math.cos(self.tilt)
-        return 1.0 if self.thrust else 0.0
+            self.setpoint, self.commanded = Setpoint(Mode.POSITION, *self.plan.at(self.now)), self.now
 
     def _fly(self) -> None:
         told, (x, y, z) = self.setpoint, self.estimate
         mode = told.mode
         levelling = self.supervisor.state is State.LEVELLING
-        if levelling:
-            turn = 0.0
-        elif mode is Mode.POSITION:
+        turn = 0.0 if levelling else told.yaw
+        if mode is Mode.POSITION:
             turn = POSITION_GAIN * math.remainder(told.yaw - self.yaw, math.tau)
-        else:
-            turn = told.yaw
         if levelling or mode is Mode.LEVEL:
-            self.vx -= self.vx * STEP / DRAG
-            self.vy -= self.vy * STEP / DRAG
+            self.vx, self.vy = (v - v * STEP / DRAG for v in (self.vx, self.vy))
         elif mode is Mode.POSITION:
             self._pull(*(_clamp(POSITION_GAIN * gap, SPEED_LIMIT) for gap in (told.x - x, told.y - y)))
         elif mode is Mode.HOVER:
@@ -190,39 +177,31 @@ class Vehicle:
             self._pull(cos * told.x - sin * told.y, sin * told.x + cos * told.y)
         else:
             self._pull(told.x, told.y)
-        climb = told.z if mode is Mode.VELOCITY else _clamp(POSITION_GAIN * (told.z - z), CLIMB_LIMIT)
+        climb = told.z if mode is Mode.VELOCITY else _clamp(POSITION_GAIN * (told.z - self.sag - z), CLIMB_LIMIT)
         self.vz += (climb - self.vz) * STEP / CLIMB_RESPONSE
         self.w += (turn - self.w) * STEP / TURN_RESPONSE
 
     def _pull(self, vx: float, vy: float) -> None:
         """Accelerate towards a velocity, m/s."""
         ax, ay = (vx - self.vx) / self.response, (vy - self.vy) / self.response
-        size = math.hypot(ax, ay)
-        share = 1.0 if size <= TILT_ACCELERATION else TILT_ACCELERATION / size
-        self.vx += ax * share * STEP
-        self.vy += ay * share * STEP
+        share = min(1.0, TILT_ACCELERATION / max(math.hypot(ax, ay), 1e-9))
+        self.vx, self.vy = self.vx + ax * share * STEP, self.vy + ay * share * STEP
 
     def _move(self) -> None:
         self.z += self.vz * STEP
         if self.z <= 0.0:
             self.z = self.vz = self.vx = self.vy = self.w = 0.0
-        self.x += self.vx * STEP
-        self.y += self.vy * STEP
+        self.x, self.y = self.x + self.vx * STEP, self.y + self.vy * STEP
         self.yaw = math.remainder(self.yaw + self.w * STEP, math.tau)
 
     def _use_up(self) -> None:
         """Let the battery empty, and the firmware see to it."""
         self.charge = max(0.0, self.charge - (HOVER_POWER if self.thrust else IDLE_POWER) * STEP / 3600.0 / ENERGY)
-        self._low_since = _since(self._low_since, self.volts < self.low_voltage, self.now)
-        self._critical_since = _since(self._critical_since, self.volts < self.critical_voltage, self.now)
-        self.power = Power.LOW if self.now - (self._low_since or self.now) > LOW_TIME else Power.BATTERY
-        if self.now - (self._critical_since or self.now) > LOW_TIME:
-            self.powered = False
-
-
-def _since(before: float | None, holds: bool, now: float) -> float | None:
-    """The time since when something holds; None if it does not."""
-    return (now if before is None else before) if holds else None
+        # The times at which it was last not low.
+        self._low_since = self._low_since if self.volts < self.low_voltage else self.now
+        self._critical_since = self._critical_since if self.volts < CRITICAL_VOLTAGE else self.now
+        self.power = LOW_POWER[0] if self.now - self._low_since > LOW_TIME else 0
+        self.powered = self.powered and self.now - self._critical_since <= LOW_TIME
 
 
 def _clamp(value: float, limit: float) -> float:

@@ -6,9 +6,9 @@ Source: the pages of CRTP in the documentation of crazyflie-firmware, and its re
 import math
 import struct
 import zlib
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import Enum
 from typing import Final
 
 Packet = tuple[int, int, bytes]
@@ -17,24 +17,9 @@ MOST: Final = 30
 """The most bytes of a packet."""
 VERSION: Final = 12
 """The version of the protocol that the emulated Crazyflie speaks (crtp.h)."""
-
-
-class Port(IntEnum):
-    """The ports of CRTP (crtp.h)."""
-
-    CONSOLE = 0x0
-    PARAM = 0x2
-    COMMANDER = 0x3
-    MEM = 0x4
-    LOG = 0x5
-    LOCALIZATION = 0x6
-    GENERIC = 0x7
-    HIGH_LEVEL = 0x8
-    SUPERVISOR = 0x9
-    PLATFORM = 0xD
-    LINK = 0xF
-
-
+PARAM, COMMANDER, MEM, LOG, LOCALIZATION, GENERIC, HIGH_LEVEL, SUPERVISOR = range(2, 10)
+PLATFORM, LINK = 0xD, 0xF
+"""The ports (crtp.h)."""
 LOG_FORMATS: Final = {1: "<B", 2: "<H", 3: "<I", 4: "<b", 5: "<h", 6: "<i", 7: "<f", 8: "<e"}
 """The formats of the types of log variables, by their codes (log.h)."""
 PARAM_FORMATS: Final = {0x08: "<B", 0x09: "<H", 0x0A: "<I", 0x00: "<b", 0x01: "<h", 0x02: "<i", 0x06: "<f"}
@@ -45,41 +30,29 @@ READ_ONLY: Final = 0x40
 
 def packed(form: str, value: float) -> bytes:
     """A number in a format. A whole number that does not fit keeps its lowest bits, as in C; NaN is 0 there."""
-    kind = form[-1]
-    if kind in "fe":
-        try:
-            return struct.pack(form, value)
-        except OverflowError:
-            return struct.pack(form, math.copysign(math.inf, value))
+    if form[-1] in "fe":
+        return struct.pack(form, value)
     size = struct.calcsize(form)
     whole = int(value) if math.isfinite(value) else 0
     return (whole & (1 << 8 * size) - 1).to_bytes(size, "little")
 
 
-@dataclass(frozen=True)
-class Entry:
-    """One entry of a table of contents.
+class Contents:
+    """A table of contents of version 2: log variables or parameters by their numbers.
 
     Args:
-        name: group and name, with a dot between. type: the code of its type, with flags.
+        entries: the codes of their types, with flags, by their names: group and name, with a dot between.
     """
-
-    name: str
-    type: int
-
-
-class Contents:
-    """A table of contents of version 2: log variables or parameters by their numbers."""
 
     INFO, ITEM = 3, 2
     """Its commands."""
 
-    def __init__(self, entries: Iterable[Entry]) -> None:
-        self.entries = tuple(entries)
+    def __init__(self, entries: Mapping[str, int]) -> None:
+        self.entries = tuple(entries.items())
         self.crc = 0
         """A checksum, by which clients know a table that they have kept."""
-        for entry in self.entries:
-            self.crc = zlib.crc32(struct.pack("<IB", self.crc, entry.type) + entry.name.encode())
+        for name, kind in self.entries:
+            self.crc = zlib.crc32(struct.pack("<IB", self.crc, kind) + name.encode())
 
     def answer(self, request: bytes, limits: bytes = b"") -> bytes | None:
         """The answer to a request; None if it is none. `limits` follow the checksum."""
@@ -90,8 +63,8 @@ class Contents:
             (number,) = struct.unpack_from("<H", request, 1)
             if number >= len(self.entries):
                 return bytes([command])
-            group, name = self.entries[number].name.split(".")
-            return struct.pack("<BHB", command, number, self.entries[number].type) + f"{group}\0{name}\0".encode()
+            name, kind = self.entries[number]
+            return struct.pack("<BHB", command, number, kind) + f"{name}\0".replace(".", "\0").encode()
         return None
 
 
@@ -122,38 +95,25 @@ class Setpoint:
 
 
 OFF: Final = Setpoint(Mode.OFF)
-_GENERIC: Final = {
-    1: (Mode.VELOCITY, -1),
-    2: (Mode.LEVEL, -1),
-    5: (Mode.HOVER, -1),
-    7: (Mode.POSITION, 1),
-    8: (Mode.VELOCITY, 1),
-    9: (Mode.LEVEL, 1),
-    10: (Mode.HOVER, 1),
-}
-"""The types of generic set-points of four numbers that are emulated, and the sign of their yaw, which those before
-protocol version 8 have the other way round (crtp_commander_generic.c)."""
+_GENERIC: Final = {7: Mode.POSITION, 8: Mode.VELOCITY, 9: Mode.LEVEL, 10: Mode.HOVER}
+"""The types of generic set-points of four numbers that are emulated (crtp_commander_generic.c). Those before protocol
+version 8, whose yaw has the other sign, are not."""
 
 
 def setpoint_of(data: bytes) -> Setpoint | None:
     """The generic set-point in a packet. None if it is of a kind that is not emulated, is cut short, or is not finite.
 
-    Roll and pitch of a set-point of the kind zdistance are taken to be 0.
+    Its x and y in the mode LEVEL are roll and pitch in degrees, which the vehicle takes to be 0.
     """
-    if not data:
-        return None
-    if data[0] == 0:
+    if data[:1] == b"\0":
         return OFF
-    if data[0] not in _GENERIC or len(data) != 17:
+    if len(data) != 17 or data[0] not in _GENERIC:
         return None
-    mode, sign = _GENERIC[data[0]]
+    mode = _GENERIC[data[0]]
     numbers = struct.unpack("<ffff", data[1:])
     if not all(map(math.isfinite, numbers)):
         return None
-    if mode is Mode.POSITION:
-        x, y, z, yaw = numbers
-    else:
-        x, y, yaw, z = numbers if mode is not Mode.VELOCITY else (*numbers[:2], numbers[3], numbers[2])
-    if mode is Mode.LEVEL:
-        x = y = 0.0
-    return Setpoint(mode, x, y, z, sign * math.radians(yaw))
+    x, y, z, yaw = numbers
+    if mode in (Mode.LEVEL, Mode.HOVER):
+        yaw, z = z, yaw
+    return Setpoint(mode, x, y, z, math.radians(yaw))
