@@ -15,7 +15,7 @@ from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.types import STILL, Twist
 from vrg_crazyflie.report import LOW_POWER, Info, Motion, Status
 
-CLIMB_SPEED, LAND_SPEED = 0.4, 0.3
+CLIMB_SPEED, LAND_SPEED = 0.4, 0.2
 """The speeds in m/s at which it takes off and, on average, lands."""
 CLIMB_TOLERANCE: Final = 0.08
 """The distance in m from its height within which it hovers there."""
@@ -94,7 +94,7 @@ class Flight:
         self.phase, self.latched = Phase.GROUND, ""
         self.motion: Motion | None = None
         self.status: Status | None = None
-        self._wanted = False
+        self._wanted = self._off = False
         self._since = self._ordered = -math.inf
         self._ground = 0.0
         """The height that the estimator reported before it took off, m."""
@@ -167,7 +167,8 @@ class Flight:
         gap = math.dist((motion.x, motion.y, motion.z), (before.x, before.y, before.z))
         if not motion.is_finite or gap > JUMP + FASTEST * max(0.0, motion.heard - before.heard):
             self._lost_place = True
-            self._fail(f"its estimator has diverged: its place has jumped by {gap:.2f} m", motion.heard)
+            what = f"has jumped by {gap:.2f} m" if motion.is_finite else "is no number"
+            self._fail(f"its estimator has diverged: its place {what}", motion.heard)
 
     def hear_status(self, status: Status) -> None:
         """Take in a report of its state."""
@@ -216,6 +217,9 @@ class Flight:
         return steps[self.phase](now, motion, status)
 
     def _waiting(self, now: float, _motion: Motion, _status: Status) -> list[Command]:
+        if self._off:  # the firmware would obey the last set-point again as soon as it may
+            self._off = False
+            return [Order.OFF]
         if self._wanted and not self.fault(now):
             self._go(Phase.ARMING, now)
         return []
@@ -235,7 +239,7 @@ class Flight:
         risen, wanted = motion.z - self._ground, CLIMB_SPEED * passed
         if passed > LIFT_TIME and risen < LIFT_HEIGHT:
             self.lose("it does not leave the ground though its thrust is up: is a propeller blocked or a motor dead?")
-            return [Order.OFF]
+            return []
         if wanted >= self._height and abs(risen - self._height) < CLIMB_TOLERANCE:
             self._go(Phase.FLYING, now)
         elif passed > self._height / CLIMB_SPEED + CLIMB_PATIENCE:
@@ -258,7 +262,7 @@ class Flight:
         self._go(Phase.LANDING, now)
         return self._land(now, motion, status)
 
-    def _land(self, now: float, motion: Motion, status: Status) -> list[Command]:
+    def _land(self, now: float, motion: Motion, _status: Status) -> list[Command]:
         passed = now - self._since
         is_down = passed >= self._landing and motion.z - self._ground < GROUND_HEIGHT
         if is_down or passed > self._landing + LAND_PATIENCE:
@@ -266,9 +270,7 @@ class Flight:
             return [Order.OFF, Arming(False)]
         if self._lost_place:
             return [Hover(STILL, self._ground + self._height * (1.0 - passed / self._landing))]
-        if Info.PLAN_ACTIVE in status.info and status.heard > self._since:
-            return []
-        return self._again(now, Land(self._landing, self._ground))
+        return self._again(now, Land(self._landing, self._ground)) if passed < self._landing else []
 
     def _again(self, now: float, command: Command) -> list[Command]:
         """A command that is repeated until it is seen to be obeyed."""
@@ -289,7 +291,7 @@ class Flight:
         """Latch a fault with which nobody can fly it any more, such as a lost link."""
         if not self.latched or self.aloft:
             self.latched = why
-        self._wanted, self.phase = False, Phase.GROUND
+        self._wanted, self._off, self.phase = False, True, Phase.GROUND
 
     def _go(self, phase: Phase, now: float) -> None:
         self.phase, self._since, self._ordered = phase, now, -math.inf

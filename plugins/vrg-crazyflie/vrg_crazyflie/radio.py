@@ -92,14 +92,15 @@ class Radio:
                 # cflib's turn rates are in degrees/s; they are counter-clockwise, as VRG's.
                 craft.commander.send_hover_setpoint(v, side, w * DEGREES, height)
             case Land(duration, height):
-                # Set-points outrank the high-level commander until they are said to have ended.
-                craft.commander.send_notify_setpoint_stop()
+                # Set-points outrank the high-level commander until they are said to have ended. If it had no plan by
+                # then, it would switch the motors off.
                 craft.high_level_commander.land(height, duration)
+                craft.commander.send_notify_setpoint_stop()
             case Arming(wanted):
                 craft.supervisor.send_arming_request(wanted)
             case Order.OFF:
+                craft.commander.send_stop_setpoint()
                 craft.commander.send_notify_setpoint_stop()
-                craft.high_level_commander.stop()
             case Order.CUT:
                 craft.supervisor.send_emergency_stop()
             case Order.RECOVER:

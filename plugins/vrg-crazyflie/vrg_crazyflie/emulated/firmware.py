@@ -149,7 +149,7 @@ class Firmware:
             vehicle.halt()
         elif data[0] in (7, 8):  # take off, land
             _, _, height, yaw, keep, duration = struct.unpack("<BBff?f", data[:15])
-            done = vehicle.fly_to((x, y, height, vehicle.yaw if keep else yaw), duration)
+            done = vehicle.fly_to((x, y, height, vehicle.yaw if keep else yaw), duration, lands=data[0] == 8)
         elif data[0] in (4, 12):  # go to; the newer one can also go straight
             *to, duration = struct.unpack("<fffff", data[3 if data[0] == 4 else 4 :][:20])
             start = (x, y, z, vehicle.yaw) if data[2] else (0.0,) * 4

@@ -46,12 +46,14 @@ class Plan:
 
     Args:
         began: its beginning, s. duration: s. start, end: x, y and z in m, and the heading in rad.
+        lands: True if the motors are off at its end.
     """
 
     began: float
     duration: float
     start: Sequence[float]
     end: Sequence[float]
+    lands: bool
 
     def at(self, now: float) -> tuple[float, ...]:
         """The position and the heading at a time."""
@@ -88,7 +90,6 @@ class Vehicle:
         self.supervisor = Supervisor(auto_arm=self.auto_arm)
         self.setpoint, self.commanded, self.low_level = OFF, 0.0, False
         self.plan: Plan | None = None
-        self.stopped = False
         self.power = 0
         self._low_since = self._critical_since = 0.0
 
@@ -105,30 +106,28 @@ class Vehicle:
     @property
     def info(self) -> Info:
         """The bits that the supervisor reports."""
-        if self.plan is None:
-            return self.supervisor.info(Info(0) if self.stopped else Info.PLAN_DISABLED)
-        is_finished = self.now >= self.plan.began + self.plan.duration
-        return self.supervisor.info(Info.PLAN_ACTIVE | (Info.PLAN_FINISHED if is_finished else Info(0)))
+        is_finished = self.plan is None or self.now >= self.plan.began + self.plan.duration
+        planning = Info(0) if self.plan is None else Info.PLAN_ACTIVE
+        return self.supervisor.info(planning | (Info.PLAN_FINISHED if is_finished else Info(0)))
 
     def command(self, setpoint: Setpoint) -> None:
-        """Take a set-point of a client, which ends a trajectory."""
-        self.setpoint, self.commanded, self.low_level = setpoint, self.now, True
-        self.plan, self.stopped = None, False
+        """Take a set-point of a client, which stops the high-level commander."""
+        self.setpoint, self.commanded, self.low_level, self.plan = setpoint, self.now, True, None
 
     def relax(self) -> None:
-        """Let the high-level commander command again."""
+        """Let the high-level commander command; while it has no plan, the motors are off."""
         self.low_level = False
 
-    def fly_to(self, end: Sequence[float], duration: float) -> bool:
-        """Plan a trajectory from here; return False if the supervisor forbids to fly."""
-        if not self.supervisor.able:
+    def fly_to(self, end: Sequence[float], duration: float, *, lands: bool = False) -> bool:
+        """Plan a trajectory from here; return False if the supervisor forbids to fly, or it already lands."""
+        if not self.supervisor.able or (lands and self.plan is not None and self.plan.lands):
             return False
-        self.plan, self.stopped = Plan(self.now, max(duration, STEP), (*self.estimate, self.yaw), end), False
+        self.plan = Plan(self.now, max(duration, STEP), (*self.estimate, self.yaw), end, lands)
         return True
 
     def halt(self) -> None:
-        """Stop the high-level commander: where nobody else commands, the motors are off."""
-        self.plan, self.stopped = None, True
+        """Stop the high-level commander."""
+        self.plan = None
 
     @property
     def estimate(self) -> tuple[float, float, float]:
@@ -154,12 +153,14 @@ class Vehicle:
         self._move()
 
     def _plan(self) -> None:
-        if self.low_level or not self.supervisor.able:
-            return
-        if self.stopped:
-            self.setpoint, self.commanded = OFF, self.now
-        elif self.plan is not None:
-            self.setpoint, self.commanded = Setpoint(Mode.POSITION, *self.plan.at(self.now)), self.now
+        """Take the set-point of the high-level commander, unless a client's outranks it."""
+        if not self.supervisor.able:
+            self.plan = None
+        elif not self.low_level:
+            self.commanded = self.now
+            self.setpoint = OFF if self.plan is None else Setpoint(Mode.POSITION, *self.plan.at(self.now))
+            if self.plan is not None and self.plan.lands and Info.PLAN_FINISHED in self.info:
+                self.plan = None
 
     def _fly(self) -> None:
         told, (x, y, z) = self.setpoint, self.estimate
