@@ -17,8 +17,6 @@ from vrg_crazyflie.report import MOTION, MOTION_PERIOD, STATUS, STATUS_PERIOD
 if TYPE_CHECKING:
     from cflib.crazyflie import Crazyflie
 
-DEGREES: Final = math.degrees(1.0)
-"""The degrees in a radian."""
 CONNECTING: Final = 30.0
 """The real time in s within which a Crazyflie must tell what it is."""
 OLDEST: Final = 12
@@ -90,11 +88,11 @@ class Radio:
         match command:
             case Hover(Twist(v=v, w=w, side=side), height):
                 # cflib's turn rates are in degrees/s; they are counter-clockwise, as VRG's.
-                craft.commander.send_hover_setpoint(v, side, w * DEGREES, height)
+                craft.commander.send_hover_setpoint(v, side, math.degrees(w), height)
             case Land(duration, height):
                 # Set-points outrank the high-level commander until they are said to have ended. If it had no plan by
-                # then, it would switch the motors off.
-                craft.high_level_commander.land(height, duration)
+                # then, it would switch the motors off. Without a heading of None, it would turn to 0 meanwhile.
+                craft.high_level_commander.land(height, duration, yaw=None)
                 craft.commander.send_notify_setpoint_stop()
             case Arming(wanted):
                 craft.supervisor.send_arming_request(wanted)

@@ -127,10 +127,7 @@ def _identity(uri: str) -> str:
 
 
 def _no_table(name: str) -> str:
-    return (
-        f"expected a table [backends.crazyflie.robots.{name}] with its uri, such as radio://0/80/2M/E7E7E7E701, found "
-        "none (`emulate = true` in [backends.crazyflie] needs none)"
-    )
+    return f"expected [backends.crazyflie.robots.{name}] with a uri such as radio://0/80/2M/E7E7E7E701, found none"
 
 
 def crazyflie_settings(table: Mapping[str, Any]) -> CrazyflieSettings:

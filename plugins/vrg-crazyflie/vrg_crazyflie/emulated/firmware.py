@@ -146,7 +146,7 @@ class Firmware:
     def _high_level(self, _: int, data: bytes) -> bytes:
         vehicle, (x, y, z), done = self.vehicle, self.vehicle.estimate, True
         if data[0] == 3:
-            vehicle.halt()
+            vehicle.plan = None
         elif data[0] in (7, 8):  # take off, land
             _, _, height, yaw, keep, duration = struct.unpack("<BBff?f", data[:15])
             done = vehicle.fly_to((x, y, height, vehicle.yaw if keep else yaw), duration, lands=data[0] == 8)

@@ -69,6 +69,7 @@ class Vehicle:
         response: the time constant of its velocity, s. auto_arm: see `Supervisor`.
 
     Attributes:
+        plan: the trajectory of the high-level commander; None while that is stopped.
         error: what the estimator adds to x, y and z, m. blocked: True while a propeller is blocked.
         sag: by how much it flies too low, as its thrust does not suffice, m.
     """
@@ -124,10 +125,6 @@ class Vehicle:
             return False
         self.plan = Plan(self.now, max(duration, STEP), (*self.estimate, self.yaw), end, lands)
         return True
-
-    def halt(self) -> None:
-        """Stop the high-level commander."""
-        self.plan = None
 
     @property
     def estimate(self) -> tuple[float, float, float]:
