@@ -5,6 +5,10 @@ from collections.abc import Iterator
 import pytest
 from bench import CrazyflieBench
 
+from vrg.testing.processes.arena import arena, start
+
+__all__ = ["arena", "bench", "start"]
+
 
 @pytest.fixture
 def bench() -> Iterator[CrazyflieBench]:

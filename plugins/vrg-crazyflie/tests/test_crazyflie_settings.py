@@ -55,13 +55,22 @@ def test_addresses_of_cflib_are_taken(uri: str) -> None:
     assert crazyflie_settings({"robots": {"ann": {"uri": uri}}}).robot("ann").uri == uri
 
 
-def test_two_robots_need_two_addresses() -> None:
-    assert problems(ann=ANN, bob=BOB) == []
-    assert "radio://0/80/2M/E7E7E7E701 is the address of ann, too" in problems(ann=ANN, bob=ANN)[0]
-    other_dongle, short = "radio://1/80/2M/e7e7e7e701?safelink=0", "radio://0/80/2M"
-    assert len(problems(ann=ANN, bob=other_dongle)) == 1, "the dongle and options make no other Crazyflie"
-    assert len(problems(ann="radio://0/80/2M/E7E7E7E7E7", bob=short)) == 1, "the address that cflib adds"
-    assert problems(ann=ANN, bob=ANN.replace("80", "81")) == []
+def test_two_robots_need_two_addresses_and_two_radios() -> None:
+    """The dongle and options make no other Crazyflie; and one process cannot use the dongle of another."""
+    bob = BOB.replace("//0/", "//1/")
+    assert problems(ann=ANN, bob=bob) == []
+    assert [line.split(": ")[1:] for line in problems(ann=ANN, bob=BOB)] == [
+        [
+            "it is a process of its own, and cannot share ann's Crazyradio",
+            "plug in another one, and write radio://1/ or its serial number",
+        ]
+    ]
+    other_dongle, short = "radio://1/80/2M/e7e7e7e701?safelink=0", "radio://1/80/2M"
+    for first, second in ((ANN, other_dongle), ("radio://0/80/2M/E7E7E7E7E7", short), ("usb://0", "usb://0")):
+        assert f"{second} is the address of ann, too" in problems(ann=first, bob=second)[0]
+    assert len(problems(ann=ANN, bob=ANN)) == 2
+    assert problems(ann=ANN, bob=other_dongle.replace("80", "81")) == []
+    assert problems(ann="usb://0", bob="usb://1") == []
 
 
 def test_a_robot_needs_a_table_with_its_address_unless_it_is_emulated() -> None:

@@ -283,9 +283,7 @@ class Flight:
         """Latch a fault with which it can still land, and land."""
         if not self.latched:
             self.latched = f"{why}; it lands" if self.aloft else why
-        self._wanted = False
-        if self.phase in (Phase.CLIMBING, Phase.FLYING):
-            self._go(Phase.BRAKING, now)
+        self.disarm(now)
 
     def lose(self, why: str) -> None:
         """Latch a fault with which nobody can fly it any more, such as a lost link."""

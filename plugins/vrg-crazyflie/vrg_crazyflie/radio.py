@@ -54,8 +54,11 @@ class Radio:
 
         self.close()
         register()
-        cache = None if self.uri.startswith(SCHEME) else str(user_cache_path("vrg") / "crazyflie")
-        craft = Crazyflie(rw_cache=cache)
+        cache = None if self.uri.startswith(SCHEME) else user_cache_path("vrg") / "crazyflie"
+        try:
+            craft = Crazyflie(rw_cache=None if cache is None else str(cache))
+        except OSError:  # a sealed player may write nothing: it asks for the tables of contents again
+            craft = Crazyflie()
         ready, why = threading.Event(), [""]
 
         def failed(_: str, reason: str) -> None:

@@ -86,10 +86,15 @@ class CrazyflieSettings(BackendSettings):
             robot = self.robots.get(name)
             if robot is None or not robot.uri:
                 found.append(_no_table(name))
-            elif (owner := owners.setdefault(_identity(robot.uri), name)) != name:
+                continue
+            if (owner := owners.setdefault(_identity(robot.uri), name)) != name:
                 found.append(
                     f"robots.{name}: {robot.uri} is the address of {owner}, too: give each its own by cfclient"
                 )
+            dongle = "/".join(robot.uri.split("/")[:3])
+            if dongle.startswith("radio:") and (owner := owners.setdefault(dongle, name)) != name:
+                ask = "plug in another one, and write radio://1/ or its serial number"
+                found.append(f"robots.{name}: it is a process of its own, and cannot share {owner}'s Crazyradio: {ask}")
         return found
 
     def unverified(self, robots: Sequence[str]) -> list[str]:

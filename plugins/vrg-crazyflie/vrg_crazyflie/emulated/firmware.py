@@ -15,10 +15,8 @@ from vrg_crazyflie.emulated import wire
 from vrg_crazyflie.emulated.vehicle import Vehicle
 from vrg_crazyflie.emulated.wire import Contents, Packet
 
-RELEASE: Final = "2026.08"
-"""The release that it says it is."""
-DEVICE: Final = "CF21"
-"""The name of the Crazyflie 2.1 (platform_cf2.c)."""
+RELEASE, DEVICE = "2026.08", "CF21"
+"""The release that it says it is, and the name of the Crazyflie 2.1 (platform_cf2.c)."""
 BLOCKS, VARIABLES, BLOCK_BYTES = 16, 128, 26
 """What the firmware says are the most log blocks, and variables in them together; and the most bytes of one."""
 LOGGED: Final[dict[str, tuple[int, Callable[[Vehicle], float]]]] = {
@@ -139,7 +137,7 @@ class Firmware:
 
     def _generic(self, channel: int, data: bytes) -> None:
         if channel == 1 and data[0] == 0:
-            self.vehicle.relax()
+            self.vehicle.low_level = False
         elif channel == 0 and (told := wire.setpoint_of(data)) is not None:
             self.vehicle.command(told)
 

@@ -57,7 +57,6 @@ class Emulated:
         """The time at which it answers again, s; infinity while it is off, None while it is on."""
         self._lived = self._unheard = clock.now()
         self._closed = False
-        self._settles = clock is not REAL_CLOCK
         clock.spawn(self._run, f"emulated {name}")
 
     @property
@@ -90,8 +89,15 @@ class Emulated:
 
     def _run(self) -> None:
         while not self._closed:
+            self._settle()  # what was sent meanwhile comes before the next step
             self._step()
+            self._settle()
             self.clock.sleep(STEP)
+
+    def _settle(self) -> None:
+        link = self.link
+        if link is not None and self.clock is not REAL_CLOCK:
+            link.settle()
 
     def _step(self) -> None:
         with self._lock:
@@ -110,12 +116,10 @@ class Emulated:
             self._unheard = now
         elif now - self._unheard > LINK_TIMEOUT:
             self.link = None
-            link.fail("Too many packets lost")
+            link.failed("Too many packets lost")
         if link is not None:
             for packet in sent:
                 link.hear(packet)
-            if self._settles:
-                link.settle()
 
 
 CRAZYFLIES: Final[dict[str, Emulated]] = {}
@@ -129,7 +133,8 @@ class EmulatedLink(CRTPDriver):  # type: ignore[misc]
         super().__init__()
         self.needs_resending = False  # as a radio link does not, which repeats each packet until it is acknowledged
         self._craft: Emulated | None = None
-        self._failed: Callable[[str], None] | None = None
+        self.failed: Callable[[str], None] = lambda _: None
+        """Tells cflib that the link is lost, and why."""
         self._queue: deque[Packet] = deque()
         self._changed = threading.Condition()
         self._idle = self._closed = False
@@ -144,7 +149,7 @@ class EmulatedLink(CRTPDriver):  # type: ignore[misc]
         found = re.fullmatch(rf"{SCHEME}([\w.-]+)(\?.*)?", uri)
         if found is None:
             raise WrongUriType(f"expected an address such as {SCHEME}ann, got {uri!r}")
-        name, self._failed = found[1], failed
+        name, self.failed = found[1], failed or self.failed
         craft = CRAZYFLIES.get(name) or CRAZYFLIES.setdefault(name, Emulated(name))
         # With options, the processor of the radio is meant; whoever speaks to that reads one answer and no more.
         self._reads = found[2] is None
@@ -187,11 +192,6 @@ class EmulatedLink(CRTPDriver):  # type: ignore[misc]
                 lambda: self._closed or (self._idle and not self._queue), SETTLING
             ):
                 raise TimeoutError(f"expected cflib to take in {len(self._queue)} packets: does its thread run?")
-
-    def fail(self, why: str) -> None:
-        """Tell cflib that the link is lost."""
-        if self._failed is not None:
-            self._failed(why)
 
     def close(self) -> None:
         """Close the link."""

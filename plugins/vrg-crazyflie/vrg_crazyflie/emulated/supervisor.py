@@ -51,10 +51,9 @@ class Supervisor:
 
     def info(self, planning: Info) -> Info:
         """The bits that it reports, with those of the high-level commander."""
-        state = self.state
-        flying = state in (State.FLYING, State.LEVELLING)
-        bits = (state is State.READY_TO_ARM, self.armed, self.auto_arm, self.able, flying, self.tumbled,
-                state is State.LOCKED, self.crashed)  # fmt: skip
+        flying = self.state in (State.FLYING, State.LEVELLING)
+        bits = (self.state is State.READY_TO_ARM, self.armed, self.auto_arm, self.able, flying, self.tumbled,
+                self.state is State.LOCKED, self.crashed)  # fmt: skip
         return planning | Info(sum(1 << n for n, is_set in enumerate(bits) if is_set))
 
     def arm(self, wanted: bool) -> bool:

@@ -69,7 +69,8 @@ class Vehicle:
         response: the time constant of its velocity, s. auto_arm: see `Supervisor`.
 
     Attributes:
-        plan: the trajectory of the high-level commander; None while that is stopped.
+        plan: the trajectory of the high-level commander; None while that is stopped: then it switches the motors off.
+        low_level: True while set-points of a client outrank it.
         error: what the estimator adds to x, y and z, m. blocked: True while a propeller is blocked.
         sag: by how much it flies too low, as its thrust does not suffice, m.
     """
@@ -115,10 +116,6 @@ class Vehicle:
         """Take a set-point of a client, which stops the high-level commander."""
         self.setpoint, self.commanded, self.low_level, self.plan = setpoint, self.now, True, None
 
-    def relax(self) -> None:
-        """Let the high-level commander command; while it has no plan, the motors are off."""
-        self.low_level = False
-
     def fly_to(self, end: Sequence[float], duration: float, *, lands: bool = False) -> bool:
         """Plan a trajectory from here; return False if the supervisor forbids to fly, or it already lands."""
         if not self.supervisor.able or (lands and self.plan is not None and self.plan.lands):
@@ -140,10 +137,9 @@ class Vehicle:
             age = self.now - self.commanded
             self.supervisor.update(self.now, thrust=self.thrust > 0.0, up=up, age=age)
         self._use_up()
-        lifting = self.thrust > 0.0 and self.tilt < UPSET
         if self.thrust and self.blocked and self.z > 0.0:
             self.tilt = min(math.pi, self.tilt + math.pi * STEP / TUMBLE_TIME)
-        if lifting and not (self.blocked and self.z <= 0.0):
+        if self.thrust and self.tilt < UPSET and not (self.blocked and self.z <= 0.0):
             self._fly()
         else:
             self.vz -= G * STEP
