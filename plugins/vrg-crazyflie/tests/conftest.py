@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from bench import CrazyflieBench
+from crazyflie_bench import CrazyflieBench
 
 from vrg.testing.processes.arena import arena, start
 

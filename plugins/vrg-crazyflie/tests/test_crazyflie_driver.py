@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from bench import NAME, CrazyflieBench
+from crazyflie_bench import NAME, CrazyflieBench
 
 from vrg.errors import RobotError
 from vrg.hal.driver import COMMAND_TIMEOUT, DriverContext

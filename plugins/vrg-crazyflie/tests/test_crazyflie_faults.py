@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import pytest
-from bench import CrazyflieBench
+from crazyflie_bench import CrazyflieBench
 
 from vrg.errors import RobotError
 from vrg.testing.driver import arm
