@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -241,10 +242,30 @@ def test_a_restart_that_fails_is_a_fault(bench: CrazyflieBench) -> None:
     bench.craft.reachable = False
     bench.driver.release()
     bench.advance(0.5)
-    assert "cannot restart it" in bench.fault
+    assert bench.fault.startswith("cannot restart it")
     assert "switch it off and on" in bench.fault
     with pytest.raises(RobotError, match="recover it, then arm"):
         bench.driver.arm()
+
+
+def test_a_radio_that_takes_no_packet_any_more_is_a_lost_link(bench: CrazyflieBench) -> None:
+    """cflib learns of it within a call that sends, and must come back from that."""
+    bench.fly()
+    radio = bench.driver._radio
+    assert radio._craft is not None
+    link = radio._craft.link
+    # cflib's thread of pings would wait for the packet, and cflib for that thread.
+    assert "ping_thread" not in {thread.name for thread in threading.enumerate()}
+    link.send_packet = lambda _: link.failed("could not send packet")
+    bench.advance(0.2)
+    assert "the link was lost (could not send packet)" in bench.fault
+    bench.time_until(lambda: bench.body.thrust == 0.0, 2.2)
+    bench.driver.recover()
+    bench.advance(0.2)
+    assert "locked" in bench.fault, "its firmware had cut it meanwhile"
+    bench.driver.recover()
+    bench.advance(0.2)
+    assert bench.fault == ""
 
 
 def test_it_flies_on_though_a_third_of_the_packets_is_lost(bench: CrazyflieBench) -> None:

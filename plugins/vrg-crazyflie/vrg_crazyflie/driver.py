@@ -225,7 +225,7 @@ class CrazyflieDriver(Driver):
                     work()
                 except Exception as error:  # the readings have it as a fault
                     log.exception("%s: it could not be recovered", self.name)
-                    self._flight.lose(str(error))
+                    self._flight.lose(str(getattr(error, "text", error)))  # of a RobotError without the name
                 self._work = None
             with self._lock:
                 if self._why_lost:

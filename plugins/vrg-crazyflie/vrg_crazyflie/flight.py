@@ -134,8 +134,7 @@ class Flight:
             RobotError: it does not fly, or not any more.
         """
         if not self.armed:
-            fault = self.fault(now) or "expected one that hovers"
-            raise RobotError(f"{fault}: call arm() until it hovers, then drive", self._name)
+            raise RobotError(f"{self.fault(now) or 'expected one that hovers'}: call arm() until it hovers", self._name)
         self._command, self._commanded = twist, now
 
     def stop(self) -> None:

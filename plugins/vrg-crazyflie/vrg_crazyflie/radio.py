@@ -75,6 +75,8 @@ class Radio:
             craft.close_link()
             ask = "is it switched on, is its address right, and is the Crazyradio plugged in?"
             raise RobotError(f"cannot connect to {self.uri}: {why[0]}: {ask}", self._name)
+        # If the link fails while a packet is sent, cflib waits for its thread of pings, and that for the packet.
+        craft.link_statistics.stop()
         try:
             self._start(craft)
         except RobotError:
