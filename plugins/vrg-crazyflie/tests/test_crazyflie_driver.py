@@ -152,7 +152,7 @@ def test_one_that_is_not_there_is_an_error_that_says_what_to_do() -> None:
 
 def test_an_old_firmware_is_refused(bench: CrazyflieBench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wire, "VERSION", 10)
-    with pytest.raises(RobotError, match=r"expected a firmware with protocol version 12 or later.*got version 10"):
+    with pytest.raises(RobotError, match=r"expected protocol version 12 or later.*got version 10"):
         bench.driver.connect()
 
 

@@ -75,7 +75,7 @@ def lose_link(bench: CrazyflieBench, _: pytest.MonkeyPatch) -> None:
 def land_then_lose_link(bench: CrazyflieBench, _: pytest.MonkeyPatch) -> None:
     """It is disarmed, and the link is lost as soon as it sinks."""
     bench.driver.disarm()
-    bench.time_until(lambda: bench.body.plan is not None)
+    bench.time_until(lambda: not bench.body.low_level)
     bench.craft.reachable = False
 
 
@@ -188,6 +188,21 @@ def test_with_a_fault_on_the_ground_it_stays_there(happens: Callable[[CrazyflieB
         assert (highest, thrust) == (0.0, 0.0)
         assert words in bench.fault
         assert not bench.driver.read().armed
+
+
+def test_recovering_one_that_flies_well_changes_nothing(bench: CrazyflieBench) -> None:
+    """An official recovers all robots at once."""
+    bench.fly()
+    bench.driver.recover()
+    bench.run(AHEAD, 1.0)
+    assert (bench.fault, bench.driver.read().armed) == ("", True)
+    bench.body.error = [1.0, 0.0, 0.0]
+    bench.advance(0.1)
+    with pytest.raises(RobotError, match="it still flies: recover it as soon as it has landed"):
+        bench.driver.recover()
+    bench.time_until(lambda: bench.body.z == 0.0 and bench.body.thrust == 0.0, 5.0)
+    bench.driver.recover()
+    assert bench.fault == ""
 
 
 def test_a_lost_link_is_opened_again_by_recovering(bench: CrazyflieBench) -> None:

@@ -41,7 +41,7 @@ class Air:
             self.flight.hear_status(replace(self.status, heard=self.now))
         found = self.flight.step(self.now)
         for command in found:
-            self.lands = isinstance(command, Land)
+            self.lands = isinstance(command, Land) or command is Order.YIELD
             if isinstance(command, Hover):
                 self.motion = replace(self.motion, z=max(self.ground, command.height), vx=command.twist.v)
         if self.lands:
@@ -74,10 +74,25 @@ def test_it_climbs_by_set_points_at_its_speed_from_where_the_estimator_has_the_g
     air.motion = replace(air.motion, z=0.25)
     air.fly()
     heights = [command.height for command in air.sent if isinstance(command, Hover)]
-    assert all(isinstance(command, Hover) for command in air.sent)
+    assert {type(command) for command in air.sent} == {Arming, Hover}
     assert heights == sorted(heights)
     assert (heights[0], heights[-1]) == pytest.approx((0.25, 0.65))
     assert max(b - a for a, b in pairwise(heights)) <= 0.4 * STEP + 1e-9
+
+
+def test_a_report_from_before_it_was_disarmed_is_no_permission() -> None:
+    air = Air()
+    air.fly()
+    air.flight.disarm(air.now)
+    while Arming(False) not in air.sent:
+        air.step()
+    air.flight.arm()
+    air.sent.clear()
+    air.step()
+    air.status = replace(air.status, info=Info.CAN_BE_ARMED)
+    air.steps(0.4)
+    assert {*air.sent} == {Arming(True)}
+    assert air.flight.latched == ""
 
 
 def test_arming_is_asked_for_until_it_is_granted() -> None:
@@ -128,8 +143,10 @@ def test_it_brakes_lands_and_then_its_motors_are_off() -> None:
     air.flight.disarm(air.now)
     air.sent.clear()
     air.steps(4.0)
-    assert [type(command) for command in air.sent if not isinstance(command, Land)] == [Hover, Order, Arming]
-    assert air.sent[1] == Land(HEIGHT / 0.2, 0.0)
+    assert [type(command) for command in air.sent[:2]] == [Hover, Land]
+    assert air.sent[1:3] == [Land(HEIGHT / 0.2, 0.0), Order.YIELD], "it is planned, and a step later flown"
+    assert {*air.sent[3:-2]} == {air.sent[1], Order.YIELD}
+    assert air.sent[-2:] == [Order.OFF, Arming(False)]
     assert not air.flight.aloft
     air.sent.clear()
     air.steps(2.0)

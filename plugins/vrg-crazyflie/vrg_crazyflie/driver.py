@@ -131,16 +131,18 @@ class CrazyflieDriver(Driver):
         firmware forget a crash if it lies on its feet.
 
         Raises:
-            RobotError: it cannot be reached, or the fault remains.
+            RobotError: it cannot be reached, still flies, or the fault remains.
         """
         with self._lock:
-            if self._task is None or self._flight.engaged:
+            if self._task is None or self._flight.engaged or not (self._flight.latched or self._why_lost):
                 return
-            info = Info(0) if self._flight.status is None else self._flight.status.info
-            if self._why_lost or self._flight.status is None:
+            if self._flight.aloft:  # what it is asked to do would keep the set-points back
+                raise RobotError("it still flies: recover it as soon as it has landed", self.name)
+            status = self._flight.status
+            if self._why_lost or status is None:
                 self._ask(lambda: self._begin_anew(self._radio.open))
             else:
-                self._ask(self._restart if Info.LOCKED in info else self._forgive)
+                self._ask(self._restart if Info.LOCKED in status.info else self._forgive)
         if not self._clock.wait(lambda: self._work is None, RECOVERY):
             raise RobotError(f"it was not recovered within {RECOVERY:g} s: try it again", self.name)
         if fault := self._flight.latched:
@@ -226,7 +228,7 @@ class CrazyflieDriver(Driver):
                 except Exception as error:  # the readings have it as a fault
                     log.exception("%s: it could not be recovered", self.name)
                     self._flight.lose(str(getattr(error, "text", error)))  # of a RobotError without the name
-                self._work = None
+                self._beat, self._work = self._clock.now(), None
             with self._lock:
                 if self._why_lost:
                     self._flight.lose(f"the link was lost ({self._why_lost}): its firmware cuts its motors: recover it")

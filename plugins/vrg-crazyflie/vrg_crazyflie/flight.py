@@ -29,6 +29,8 @@ GROUND_HEIGHT: Final = 0.05
 """The height in m above where it took off below which it has landed."""
 REPEAT: Final = 0.3
 """The time in s after which something that has not been done is ordered again."""
+REACTION: Final = 0.1
+"""The time in s after which a report tells what an order has brought about: the supervisor works at 25 Hz."""
 REPORT_TIMEOUT, BLIND_TIMEOUT = 0.5, 1.5
 """The age of the newest report in s from which it hovers in place, and from which it lands."""
 LOW_TIME: Final = 2.0
@@ -51,7 +53,7 @@ class Hover:
 
 @dataclass(frozen=True)
 class Land:
-    """Land where it is, within so many s, at a height of the estimator's in m; what was commanded before ends."""
+    """Plan to land where it is, within so many s, at a height of the estimator's in m."""
 
     duration: float
     height: float
@@ -64,8 +66,9 @@ class Arming:
     wanted: bool
 
 
-Order = Enum("Order", "OFF CUT RECOVER")
-"""What is ordered without numbers: the motors off, once it has landed; an emergency stop; recovery from a crash."""
+Order = Enum("Order", "OFF CUT RECOVER YIELD")
+"""What is ordered without numbers: the motors off, once it has landed; an emergency stop; recovery from a crash; and
+that the high-level commander takes over, which outranks set-points only then, and cuts the motors if it has no plan."""
 Command = Hover | Land | Arming | Order
 
 
@@ -224,7 +227,8 @@ class Flight:
         return []
 
     def _arming(self, now: float, motion: Motion, status: Status) -> list[Command]:
-        if Info.ARMED in status.info and Info.CAN_FLY in status.info:
+        is_new = status.heard > self._since + REACTION  # it may have been disarmed just before
+        if is_new and Info.ARMED in status.info and Info.CAN_FLY in status.info:
             self._ground, self._sunk = motion.z, None
             self._go(Phase.CLIMBING, now)
             return [Hover(STILL, motion.z)]
@@ -269,7 +273,8 @@ class Flight:
             return [Order.OFF, Arming(False)]
         if self._lost_place:
             return [Hover(STILL, self._ground + self._height * (1.0 - passed / self._landing))]
-        return self._again(now, Land(self._landing, self._ground)) if passed < self._landing else []
+        # The high-level commander must have planned before it takes over, so it does that a step later.
+        return (self._again(now, Land(self._landing, self._ground)) or [Order.YIELD]) if passed < self._landing else []
 
     def _again(self, now: float, command: Command) -> list[Command]:
         """A command that is repeated until it is seen to be obeyed."""

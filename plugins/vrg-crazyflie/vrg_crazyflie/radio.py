@@ -95,15 +95,13 @@ class Radio:
                 # cflib's turn rates are in degrees/s; they are counter-clockwise, as VRG's.
                 craft.commander.send_hover_setpoint(v, side, math.degrees(w), height)
             case Land(duration, height):
-                # Set-points outrank the high-level commander until they are said to have ended. If it had no plan by
-                # then, it would switch the motors off. Without a heading of None, it would turn to 0 meanwhile.
-                craft.high_level_commander.land(height, duration, yaw=None)
-                craft.commander.send_notify_setpoint_stop()
+                craft.high_level_commander.land(height, duration, yaw=None)  # without None, it would turn to 0
             case Arming(wanted):
                 craft.supervisor.send_arming_request(wanted)
+            case Order.YIELD:
+                craft.commander.send_notify_setpoint_stop()
             case Order.OFF:
                 craft.commander.send_stop_setpoint()
-                craft.commander.send_notify_setpoint_stop()
             case Order.CUT:
                 craft.supervisor.send_emergency_stop()
             case Order.RECOVER:
@@ -148,9 +146,7 @@ class Radio:
 
         version = craft.platform.get_protocol_version()
         if version < OLDEST:
-            what = (
-                f"expected a firmware with protocol version {OLDEST} or later, such as 2026.04, got version {version}"
-            )
+            what = f"expected protocol version {OLDEST} or later, as firmware 2026.04 has, got version {version}"
             raise RobotError(f"{what}: update it by cfclient", self._name)
         for variables, period in ((MOTION, MOTION_PERIOD), (STATUS, STATUS_PERIOD)):
             block = LogConfig(name=next(iter(variables)), period_in_ms=period)

@@ -65,9 +65,8 @@ class CrazyflieSettings(BackendSettings):
         """
         found = self.robots.get(name)
         if self.emulate:
-            return (found or CrazyflieRobot.model_validate({})).model_copy(
-                update={"uri": "vrg://" + re.sub(r"[^\w.-]", "_", name)}
-            )
+            uri = "vrg://" + re.sub(r"[^\w.-]", "_", name)
+            return (found or CrazyflieRobot.model_validate({})).model_copy(update={"uri": uri})
         if found is None or not found.uri:
             raise ConfigError(_no_table(name))
         return found
@@ -88,9 +87,7 @@ class CrazyflieSettings(BackendSettings):
                 found.append(_no_table(name))
                 continue
             if (owner := owners.setdefault(_identity(robot.uri), name)) != name:
-                found.append(
-                    f"robots.{name}: {robot.uri} is the address of {owner}, too: give each its own by cfclient"
-                )
+                found.append(f"robots.{name}: {robot.uri} is the address of {owner}, too: change it by cfclient")
             dongle = "/".join(robot.uri.split("/")[:3])
             if dongle.startswith("radio:") and (owner := owners.setdefault(dongle, name)) != name:
                 ask = "plug in another one, and write radio://1/ or its serial number"
