@@ -26,6 +26,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
 
     Fields, each with a row for each player: `sizes`: length and width, m; `reach`: the radius of the circle around the
     body, m; `rates` and `motions`, shape (axes, 3): `Drivetrain.rates`, and the effect of each axis on the twist;
+    `commands`: the rates by which commands are followed, those of the model also where the robot turns otherwise;
     `fastest`: the speed of the fastest axis for 1 m/s ahead, rad/m; `slew` and `brake`: how fast the axes can speed up,
     and slow down with locked wheels, rad/s^2; `grip`: the force of locked wheels, N; `v_max`, m/s; `w_max`, rad/s.
 
@@ -41,6 +42,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
         reach=(float, count),
         rates=(float, count, axes, 3),
         motions=(float, count, axes, 3),
+        commands=(float, count, axes, 3),
         fastest=(float, count),
         slew=(float, count),
         brake=(float, count),
@@ -58,7 +60,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
         own = len(drivetrain.axes)
         found.sizes[:, n] = model.size
         found.reach[:, n] = circumradius(model.size)
-        found.rates[:, n, :own] = drivetrain.rates
+        found.rates[:, n, :own] = found.commands[:, n, :own] = drivetrain.rates
         found.motions[:, n, :own] = np.transpose(drivetrain.motions)
         found.fastest[:, n] = max(abs(ahead) for ahead, _, _ in drivetrain.rates)
         found.slew[:, n] = model.a_max / drivetrain.wheel_radius
@@ -116,11 +118,11 @@ def command(m: Record, r: Record, row: int, v: float, w: float, v_max: float) ->
     """Let a robot aim for a twist, slowed down so that no axis turns faster than at `v_max` straight ahead."""
     limit, fastest = r.fastest[row] * max(0.0, v_max), 0.0
     for axis in range(m.targets.shape[1]):
-        fastest = max(fastest, abs(r.rates[row, axis, 0] * v + r.rates[row, axis, 1] * w))
+        fastest = max(fastest, abs(r.commands[row, axis, 0] * v + r.commands[row, axis, 1] * w))
     scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest
     v, w = v * scale, w * scale
     for axis in range(m.targets.shape[1]):
-        m.targets[row, axis] = r.rates[row, axis, 0] * v + r.rates[row, axis, 1] * w
+        m.targets[row, axis] = r.commands[row, axis, 0] * v + r.commands[row, axis, 1] * w
     m.braking[row] = False
 
 

@@ -145,6 +145,7 @@ def draw(m: Record, r: Record, model: Record, k: Record, chance: Record, vary: V
         turning = between(chance, 1.0 - vary.turning, 1.0 + vary.turning)
         for axis in range(r.motions.shape[1]):
             r.motions[n, axis, 1] = model.motions[n, axis, 1] * turning
+            r.rates[n, axis, 1] = model.rates[n, axis, 1] / turning
     k.late = int(between(chance, 0.0, vary.delay + 1.0))
     k.loss = between(chance, 0.0, vary.loss)
     k.wanted[:] = 0.0
