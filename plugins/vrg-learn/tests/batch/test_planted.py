@@ -65,7 +65,7 @@ ANYWHERE = (
     Planted(roboflag.next_round, "if t.number == SUDDEN_DEATH:", "if False:"),
 )
 SHARKS_ANYWHERE = (Planted(sharks_and_minnows.next_round, "if t.roles[n] == MINNOW:", "if True:"),)
-ZONES = (Planted(roboflag.observe, " or in_zone(s, 1, x, y)", ""),)
+ZONES = (Planted(roboflag.numbers, " or in_zone(s, 1, x, y)", ""),)
 MOTION = (
     Planted(motion.walls_of, "b.width)", "b.width + 0.04)"),
     Planted(motion.walls_of, "c.radius)", "c.radius + 0.02)"),
@@ -79,7 +79,7 @@ LONG = (
 )
 NODES = (
     Planted(stepping.publish, "k.poses[n, axis] = m.poses", "k.poses[n, axis] = m.before"),
-    Planted(observing.write_others, "2.0 * v_max", "1.0 * v_max"),
+    Planted(observing.observe, "2.0 * model.v_max", "1.0 * model.v_max"),
     Planted(sharks_and_minnows.drive, "t.limits[n]", "r.v_max[n]"),
 )
 NOISE = (

@@ -66,6 +66,7 @@ def no_motion(*_: Any) -> tuple[float, float]:
 class Functions(NamedTuple):
     """The functions of a game, which are given the records of one match; see those of a game.
 
+    `numbers`, `place_of` and `flags` write what players see of the game, as vrg_learn.learning describes it.
     The last three are those of the teams that play by a strategy. A game without such teams leaves them out.
     """
 
@@ -74,7 +75,9 @@ class Functions(NamedTuple):
     reset: Callable[..., None]
     drive: Callable[..., None]
     able: Callable[..., bool]
-    observe: Callable[..., None]
+    numbers: Callable[..., int]
+    place_of: Callable[..., tuple[float, float]]
+    flags: Callable[..., int]
     forget: Callable[..., None] = no_strategy
     plan: Callable[..., None] = no_strategy
     decide: Callable[..., tuple[float, float]] = no_motion
@@ -88,6 +91,7 @@ class BatchedGame:
         setting: what is the same in all matches. standing: how each stands, before its reset.
         calls: room for the calls of each. rules: the names of the rules of calls.
         teams: the names of the teams, by the numbers of winners. length: the number of values of an observation.
+        places: how many places are in it.
         functions: those of one match; None for a game that referees judge.
         strategies: the names of those by which a team can play, by their numbers.
     """
@@ -98,5 +102,6 @@ class BatchedGame:
     rules: tuple[str, ...]
     teams: tuple[str, ...]
     length: int
+    places: int = 0
     functions: Functions | None = None
     strategies: tuple[str, ...] = ()

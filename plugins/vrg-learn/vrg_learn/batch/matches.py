@@ -13,7 +13,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import cores
-from vrg_learn.batch import chance, motion, roboflag, sharks_and_minnows, stepping
+from vrg_learn.batch import chance, motion, observing, roboflag, sharks_and_minnows, stepping
 from vrg_learn.batch.game import BatchedGame
 from vrg_learn.batch.refereed import Refereed
 from vrg_learn.batch.stepping import Matches, Outputs, Variation
@@ -98,6 +98,7 @@ class Batch:
             minds=stepping.minds(matches, players, vary.delay),
             plans=stepping.plans(matches, players, len(game.teams)),
             chance=chance.streams(matches),
+            sights=observing.sights(matches, players, game.places),
         )
         chance.seed(self.records.chance, seed)
         self.walls = motion.walls_of(load_map(setup.map))

@@ -17,7 +17,7 @@ from vrg.hal.sim.engines.engine import CONTACT
 from vrg.hal.sim.engines.pushing import Walls, separate
 from vrg.hal.sim.map import Map
 from vrg.portable.arrays import cos_sin_array
-from vrg.portable.scalars import within_a_quarter
+from vrg.portable.scalars import cos_sin
 from vrg_learn.batch.records import Flags, Floats, Record, Records, records
 
 
@@ -228,12 +228,7 @@ def drive_on(work: Floats, robots: int, axes: int, dt: float) -> None:
             w[i] += turn[i] * speeds[i]
     work[BEFORE : BEFORE + 3, :robots] = work[X : THETA + 1, :robots]
     for i in range(robots):
-        quarters, cos, sin = within_a_quarter(theta[i] + w[i] * dt * 0.5)
-        # As cos_sin does, without branches, for any angle that a heading has.
-        quarter = quarters - 4.0 * np.floor(quarters * 0.25)
-        odd = abs(quarter - 2.0) == 1.0
-        cosines[i] = (-1.0 if abs(quarter - 1.5) == 0.5 else 1.0) * (sin if odd else cos)
-        sines[i] = (-1.0 if quarter >= 2.0 else 1.0) * (cos if odd else sin)
+        cosines[i], sines[i] = cos_sin(theta[i] + w[i] * dt * 0.5)
     for i in range(robots):
         x[i] += v[i] * dt * cosines[i]
         y[i] += v[i] * dt * sines[i]
