@@ -74,8 +74,8 @@ MOTION = (
     Planted(motion.command, "scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest", "scale = 1.0"),
 )
 LONG = (
-    Planted(motion.collide, "at_walls[:walled]", "at_walls[:0]"),
-    Planted(motion.collide, "pairs[:paired], pairs[:paired]", "pairs[:0], pairs[:0]"),
+    Planted(motion.advance, "at_walls[:walled]", "at_walls[:0]"),
+    Planted(motion.advance, "pairs[:paired]", "pairs[:0]"),
 )
 NODES = (
     Planted(stepping.publish, "k.poses[n, axis] = m.poses", "k.poses[n, axis] = m.before"),
