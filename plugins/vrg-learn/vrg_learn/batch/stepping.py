@@ -68,13 +68,14 @@ class Matches(NamedTuple):
     """The records of all matches.
 
     Args:
-        setting: what is the same in all, one record. standing, calls: those of the game.
+        setting: what is the same in all: an array of one record, as numba takes long to be handed a record alone.
+        standing, calls: those of the game.
         motions, robots: see vrg_learn.batch.motion. model: the robots of the match file.
         minds: what players know and have decided. plans: those of teams that play by a strategy.
         chance: the streams of random numbers.
     """
 
-    setting: Record
+    setting: Records
     standing: Records
     calls: Records
     motions: Records
@@ -237,7 +238,7 @@ def show(s: Record, t: Record, model: Record, k: Record, e: Record, o: Outputs, 
 def begin_all(low: int, high: int, a: Matches, walls: Walls, vary: Variation, o: Outputs) -> None:
     """Begin the matches of these numbers again."""
     for b in range(low, high):
-        s, t, m, r, k, model = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b], a.model[b]
+        s, t, m, r, k, model = a.setting[0], a.standing[b], a.motions[b], a.robots[b], a.minds[b], a.model[b]
         begin(s, t, m, r, model, k, a.chance[b], vary)
         forget(a.plans[b])
         measure(m, k, a.chance[b], vary)
@@ -255,7 +256,7 @@ def step_all(
     """
     still = np.zeros(high, dtype=np.bool_)
     for b in range(low, high):
-        s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
+        s, t, m, r, k = a.setting[0], a.standing[b], a.motions[b], a.robots[b], a.minds[b]
         c, model, chance, p = a.calls[b], a.model[b], a.chance[b], a.plans[b]
         advise(s, t, r, model, k, p)
         o.rewards[b] = 0.0
@@ -280,4 +281,4 @@ def step_all(
     advance(low, high, a.motions, a.robots, still, walls, PERIOD / TICKS, TICKS)
     for b in range(low, high):
         measure(a.motions[b], a.minds[b], a.chance[b], vary)
-        show(a.setting, a.standing[b], a.model[b], a.minds[b], a.sights[low], o, b)
+        show(a.setting[0], a.standing[b], a.model[b], a.minds[b], a.sights[low], o, b)
