@@ -52,7 +52,7 @@ SHARKS = (
     Planted(sharks_and_minnows.next_round, "t.roles[n], t.active[n] = SHARK, True", "t.active[n] = True"),
     Planted(sharks_and_minnows.judge, "c.others[:] = False", "pass"),
     Planted(sharks_and_minnows.judge, "t.before[:] = m.poses", "pass"),
-    Planted(assigning.line_up, "dx * dx + dy * dy", "math.sqrt(dx * dx + dy * dy)"),
+    Planted(assigning.line_up, "dx * dx + dy * dy", "np.sqrt(dx * dx + dy * dy)"),
 )
 OUT = (Planted(sharks_and_minnows.judge, "t.clock += dt", "t.clock += 2.0 * dt"),)
 FLAGS = (

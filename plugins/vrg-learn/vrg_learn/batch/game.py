@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vrg_learn.batch.records import Record, Records, Singles, records
 from vrg_learn.learning import Learning, Reward
@@ -54,20 +54,11 @@ def reward(s: Record, t: Record, c: Record, rewards: Singles) -> None:
             rewards[n] += WINNING if s.sides[n] == t.winner else -WINNING
 
 
-def no_strategy(*_: Any) -> None:
-    """Stands for what a strategy does where a game has none in a batch."""
-
-
-def no_motion(*_: Any) -> tuple[float, float]:
-    """Stands for what a strategy decides where a game has none in a batch."""
-    return 0.0, 0.0
-
-
 class Functions(NamedTuple):
     """The functions of a game, which are given the records of one match; see those of a game.
 
     `numbers`, `place_of` and `flags` write what players see of the game, as vrg_learn.learning describes it.
-    The last three are those of the teams that play by a strategy. A game without such teams leaves them out.
+    The last three are those of the teams that play by a strategy.
     """
 
     judge: Callable[..., bool]
@@ -78,9 +69,9 @@ class Functions(NamedTuple):
     numbers: Callable[..., int]
     place_of: Callable[..., tuple[float, float]]
     flags: Callable[..., int]
-    forget: Callable[..., None] = no_strategy
-    plan: Callable[..., None] = no_strategy
-    decide: Callable[..., tuple[float, float]] = no_motion
+    forget: Callable[..., None]
+    plan: Callable[..., None]
+    decide: Callable[..., tuple[float, float]]
 
 
 @dataclass(frozen=True)
