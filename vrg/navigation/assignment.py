@@ -7,9 +7,7 @@ Aerospace and Electronic Systems 52 (2016), section II. Among equal sums, the sa
 
 import math
 from collections.abc import Sequence
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any
 
 
 def assign(costs: Sequence[Sequence[float]]) -> list[tuple[int, int]]:
@@ -29,7 +27,7 @@ def assign(costs: Sequence[Sequence[float]]) -> list[tuple[int, int]]:
     return list(enumerate(columns_of(costs)))
 
 
-def columns_of(costs: Sequence[Sequence[float]] | npt.NDArray[np.float64]) -> list[int]:
+def columns_of(costs: Any) -> list[int]:
     """The column of each row, where there are at least as many columns as rows, and at least one.
 
     It is compiled for batches of matches, too.
