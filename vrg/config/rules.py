@@ -25,7 +25,13 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
         raise ConfigError(f"expected rules of {setup.game}: {error}") from None
     contestants = [
         Contestant(
-            name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max, sweeps=_sweeps(setup, p)
+            name=p.name,
+            role=p.role,
+            start=p.pose,
+            size=p.robot.size,
+            v_max=p.robot.v_max,
+            sweeps=_sweeps(setup, p),
+            team=p.team,
         )
         for p in setup.players
     ]
