@@ -65,16 +65,18 @@ def printable(text: str, *, lines: bool = False) -> str:
     return _CONTROL.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
 
 
-class Pose(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
+class Pose(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, repr_omit_defaults=True, gc=False):
     """The position of a body's centre and its heading in the map's frame.
 
     Args:
         x, y: the position, m. theta: the heading, rad, counter-clockwise from +x.
+        z: the height of its lowest point above the ground, m; 0 for what stands or drives on it.
     """
 
     x: Metres
     y: Metres
     theta: Radians
+    z: Metres = 0.0
 
 
 class Uncertainty(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
@@ -103,26 +105,30 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     Args:
         v: the speed ahead, m/s. w: the turn rate, rad/s, counter-clockwise, which is to the left.
         side: the speed to the left, m/s, of a robot that can drive sideways.
+        climb: the speed upwards, m/s, of a robot that flies.
     """
 
     v: Speed
     w: AngularSpeed
     side: Speed = 0.0
+    climb: Speed = 0.0
 
     @property
     def speed(self) -> float:
-        """The speed of the body, m/s: below 0 where it drives straight back."""
+        """The speed of the body over the ground, m/s: below 0 where it drives straight back."""
         return math.hypot(self.v, self.side) if self.side else self.v
 
     @property
     def is_finite(self) -> bool:
         """True if all numbers are finite."""
-        return math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side)
+        return (
+            math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side) and math.isfinite(self.climb)
+        )
 
     @property
     def quantised(self) -> "Twist":
         """The twist with numbers that are rounded as by `quantised`."""
-        return Twist(quantised(self.v), quantised(self.w), quantised(self.side))
+        return Twist(quantised(self.v), quantised(self.w), quantised(self.side), quantised(self.climb))
 
 
 STILL = Twist(0.0, 0.0)

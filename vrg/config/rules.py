@@ -7,6 +7,7 @@ from vrg.config.setup import RULES, MatchSetup, PlayerSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.errors import ConfigError
 from vrg.games import GAMES
+from vrg.hal.sensors.downward import OverviewSpec
 from vrg.hal.sensors.spec import Sweep
 from vrg.hal.sim.config import place_problems
 from vrg.types import Pose
@@ -25,7 +26,13 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
         raise ConfigError(f"expected rules of {setup.game}: {error}") from None
     contestants = [
         Contestant(
-            name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max, sweeps=_sweeps(setup, p)
+            name=p.name,
+            role=p.role,
+            start=p.pose,
+            size=p.robot.size,
+            v_max=p.robot.v_max,
+            sweeps=_sweeps(setup, p),
+            overview=p.robot.sensor(OverviewSpec),
         )
         for p in setup.players
     ]

@@ -39,8 +39,10 @@ def moving(
         found.append(Figure(f"trail {body.name}", (look.trail(game.style(body.role, body.state).colour, way),)))
     found += [*strokes(scene), *below]
     found += [near for body in scene.bodies if (near := uncertain(body)) is not None]
-    # What is out of play lies under what plays.
-    for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
+    flying = [body for body in scene.bodies if body.pose.z > 0.0]
+    found += [look.shadow(body.name, body.pose, (body.length, body.width)) for body in flying]
+    # What is out of play lies under what plays, and what is on the ground under what flies.
+    for body in sorted(scene.bodies, key=lambda body: (body.pose.z, not body.out_of_play)):
         found.append(robot(scene, body, short[body.name], driving))
         if body.name == driving:
             found.append(look.around(body.name, body.pose, (body.length, body.width)))
@@ -96,9 +98,10 @@ def robot(scene: Scene, body: SceneBody, short: str, driving: str | None = None)
     """
     game, size = game_of(scene.game), (body.length, body.width)
     ink = palette.CAUTION if body.name == driving else palette.MUTED if body.out_of_play else palette.TEXT
-    label = Label(
-        body.name, ink, short=short, remark=game.remark(body.state), plate=palette.BACKGROUND, reach=look.reach(size)
-    )
+    remark = game.remark(body.state)
+    if body.pose.z > 0.0:
+        remark = f"{remark} {body.pose.z:.1f} m".lstrip()
+    label = Label(body.name, ink, short=short, remark=remark, plate=palette.BACKGROUND, reach=look.reach(size))
     style = game.style(body.role, body.state)
     return look.robot(body.name, body.pose, style, size, physical=body.physical, label=label)
 
