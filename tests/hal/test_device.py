@@ -304,7 +304,7 @@ class TestPhysicalRobots:
         self.at(physical, Pose(3.0, 0.0, 1.0))
         physical.say(KEYS.placed("a"), m.Placed(pose=Pose(20.0, 8.0, 0.0), by="ann"))
         physical.tick()
-        assert astuple(self.at(physical, Pose(3.0, 0.0, 1.0))) == pytest.approx((20.0, 8.0, 0.0))
+        assert astuple(self.at(physical, Pose(3.0, 0.0, 1.0))) == pytest.approx((20.0, 8.0, 0.0, 0.0))
         here = self.at(physical, Pose(3.0, 2.0, 1.0))
         assert (here.x - 20.0) ** 2 + (here.y - 8.0) ** 2 == pytest.approx(4.0), "it counts on from there"
 
@@ -336,7 +336,7 @@ class TestPhysicalRobots:
         drives(0.05)
         ins = fused.device.read().latest(Ins)
         assert ins is not None
-        assert astuple(ins.value.pose) == pytest.approx((4.0, 4.05, math.pi / 2))
+        assert astuple(ins.value.pose) == pytest.approx((4.0, 4.05, math.pi / 2, 0.0))
         assert (ins.value.uncertainty, ins.age) == (known, 0.0)
         fused.tick(0.5)
         drives(0.05)

@@ -233,7 +233,7 @@ def test_a_placed_robot_is_there_and_at_rest_and_one_may_begin_with_its_wheels_t
     engine = make("open", Start("a", P2AT, Pose(2, 3, 0.5), angles=(10.0, 20.0)))
     run(engine, 0.1)
     assert body_of(engine, "a").angles == (10.0, 20.0)
-    assert astuple(body_of(engine, "a").pose) == pytest.approx((2.0, 3.0, 0.5), abs=0.001)
+    assert astuple(body_of(engine, "a").pose) == pytest.approx((2.0, 3.0, 0.5, 0.0), abs=0.001)
 
 
 def test_the_same_commands_give_the_same_poses_bit_for_bit(make: Make) -> None:
@@ -412,7 +412,7 @@ class TestOmniWheels:
         assert body_of(engine, "b").twist.v == pytest.approx(0.4, rel=0.02)
         engine.command("a", None)
         run(engine, 1.0)
-        assert astuple(body_of(engine, "a").twist) == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
+        assert astuple(body_of(engine, "a").twist) == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=0.02)
 
     def test_a_wall_beside_it_stops_it(self, make: Make) -> None:
         wall = max(box.y for box in load_map("marhes_lab").boxes)

@@ -91,7 +91,7 @@ class Thing(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
 class Poses(Message, frozen=True, kw_only=True):
     """The poses and velocities of all robots at one instant, as `bodies`, and those of all passive bodies."""
 
-    version = 8
+    version = 9
 
     bodies: tuple[Body, ...]
     things: tuple[Thing, ...] = ()
