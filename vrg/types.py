@@ -10,7 +10,7 @@ times in seconds; the description of a type is its unit, which the schemas of re
 import math
 import re
 from collections.abc import Sequence
-from typing import Annotated, Any, NoReturn, TypeVar
+from typing import Annotated, Any, Final, NoReturn, TypeVar
 
 from msgspec import Meta, Struct
 
@@ -65,6 +65,11 @@ def printable(text: str, *, lines: bool = False) -> str:
     return _CONTROL.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
 
 
+LEVEL: Final = 0.0
+"""The height in m of what is on the ground, and the climb in m/s of what stays as high. A message leaves out a number
+only if it is this very object: write `z or LEVEL`."""
+
+
 class Pose(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, repr_omit_defaults=True, gc=False):
     """The position of a body's centre and its heading in the map's frame.
 
@@ -76,7 +81,7 @@ class Pose(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, 
     x: Metres
     y: Metres
     theta: Radians
-    z: Metres = 0.0
+    z: Metres = LEVEL
 
 
 class Uncertainty(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
@@ -111,7 +116,7 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     v: Speed
     w: AngularSpeed
     side: Speed = 0.0
-    climb: Speed = 0.0
+    climb: Speed = LEVEL
 
     @property
     def speed(self) -> float:
@@ -128,7 +133,7 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     @property
     def quantised(self) -> "Twist":
         """The twist with numbers that are rounded as by `quantised`."""
-        return Twist(quantised(self.v), quantised(self.w), quantised(self.side), quantised(self.climb))
+        return Twist(quantised(self.v), quantised(self.w), quantised(self.side), self.climb and quantised(self.climb) or LEVEL)
 
 
 STILL = Twist(0.0, 0.0)

@@ -17,7 +17,7 @@ from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import RobotModel
 from vrg.hal.permission import Permission
 from vrg.portable.scalars import total
-from vrg.types import STILL, Pose, Twist, Uncertainty
+from vrg.types import LEVEL, STILL, Pose, Twist, Uncertainty
 
 EXTRAPOLATE = 0.2
 """The match time in s after a measurement for which a body goes on at the measured velocity; then it stands still."""
@@ -211,7 +211,7 @@ class Ghost:
         age = max(0.0, now - self._stamp)
         pose = along_arc(self._pose, self._twist, min(age, EXTRAPOLATE))
         x, y, z = (max(-_FAR, min(each, _FAR)) for each in (pose.x, pose.y, pose.z))
-        pose = Pose(x, y, pose.theta, max(0.0, z))
+        pose = Pose(x, y, pose.theta, max(0.0, z) or LEVEL)
         return pose, self._twist if age <= EXTRAPOLATE else STILL
 
     def mark(self, twist: Twist, now: float) -> BodyMark:

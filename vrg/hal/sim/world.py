@@ -27,7 +27,7 @@ from vrg.hal.sim.sensors.base import NO_HEIGHTS, Instant, Measured, Surroundings
 from vrg.hal.sim.sensors.suite import Frame, SensorSuite
 from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
 from vrg.hal.sim.uses import Uses
-from vrg.types import Pose, Twist
+from vrg.types import LEVEL, Pose, Twist
 
 _BATTERY_TICKS = 10
 """The number of ticks between two energy balances."""
@@ -164,7 +164,7 @@ class World:
         """
         row = self._engine.row(name)
         x, y, theta = self._engine.poses[row].tolist()
-        return Pose(x, y, theta, float(self._engine.heights[row]))
+        return Pose(x, y, theta, float(self._engine.heights[row]) or LEVEL)
 
     def drive(self, name: str, twist: Twist, armed: bool, use: Mapping[str, float] = UNUSED) -> None:
         """Take in a drive command. One for a robot that is not in the world is ignored."""
