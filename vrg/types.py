@@ -133,7 +133,8 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     @property
     def quantised(self) -> "Twist":
         """The twist with numbers that are rounded as by `quantised`."""
-        return Twist(quantised(self.v), quantised(self.w), quantised(self.side), self.climb and quantised(self.climb) or LEVEL)
+        climb = quantised(self.climb) if self.climb else LEVEL
+        return Twist(quantised(self.v), quantised(self.w), quantised(self.side), climb)
 
 
 STILL = Twist(0.0, 0.0)
