@@ -1,0 +1,1 @@
+"""An emulated Crazyflie 2.1 that speaks Bitcraze's protocol CRTP, for trials and tests without a quadrotor."""
