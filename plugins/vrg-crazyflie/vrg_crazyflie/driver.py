@@ -15,7 +15,7 @@ from vrg.hal.sensors.battery import Battery, BatterySpec
 from vrg.hal.sensors.ins import Ins, InsSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sensors.spec import Sample, SensorSpec
-from vrg.types import Pose, Twist
+from vrg.types import LEVEL, Pose, Twist
 from vrg_crazyflie.flight import Flight, Order
 from vrg_crazyflie.radio import Radio
 from vrg_crazyflie.report import Info, Motion, Way, motion_of, status_of
@@ -187,7 +187,9 @@ class CrazyflieDriver(Driver):
             (OdometrySpec, Odometry(pose=self._way.pose, twist=motion.twist), motion.heard)
         ]
         if self._on_map:
-            told.append((InsSpec, Ins(pose=Pose(motion.x, motion.y, motion.yaw)), motion.heard))
+            told.append(
+                (InsSpec, Ins(pose=Pose(motion.x, motion.y, motion.yaw, max(0.0, motion.z) or LEVEL)), motion.heard)
+            )
         if (status := self._flight.status) is not None:
             told.append((BatterySpec, Battery(charge=status.charge), status.heard))
         stamp = self._now() - now

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import Final
 
+from msgspec.structs import replace
+
 from vrg.geometry import compose, inverse
-from vrg.types import Pose, Twist
+from vrg.types import LEVEL, Pose, Twist
 
 MOTION: Final = {
     "stateEstimate.x": "float", "stateEstimate.y": "float", "stateEstimate.z": "float", "stateEstimate.vx": "float",
@@ -96,7 +98,7 @@ class Way:
     def __init__(self) -> None:
         self.pose = Pose(0.0, 0.0, 0.0)
         self._origin: Pose | None = None
-        """The pose on the way of the estimator's own (0, 0, 0)."""
+        """The pose on the way of the estimator's own (0, 0, 0). It begins anew on the ground."""
 
     def anew(self) -> None:
         """The next report is the first one of an estimator that has begun anew, at the place of the last one."""
@@ -104,9 +106,10 @@ class Way:
 
     def move(self, motion: Motion) -> None:
         """Take in a report. The heading grows beyond pi if the robot goes on turning."""
-        there = Pose(motion.x, motion.y, motion.yaw)
+        there = Pose(motion.x, motion.y, motion.yaw, motion.z)
         if self._origin is None:
-            self._origin = compose(self.pose, inverse(there))
+            on_the_ground = replace(self.pose, z=LEVEL)
+            self._origin = compose(on_the_ground, inverse(there))
         now = compose(self._origin, there)
         turned = math.remainder(now.theta - self.pose.theta, math.tau)
-        self.pose = Pose(now.x, now.y, self.pose.theta + turned)
+        self.pose = Pose(now.x, now.y, self.pose.theta + turned, max(0.0, now.z) or LEVEL)
