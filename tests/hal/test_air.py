@@ -11,6 +11,7 @@ from tests.hal.engine_bench import DT, ENGINE_NAMES
 from tests.hal.world_bench import config
 from vrg.bus.messages import PlayerStatus, RefereeState, Stage
 from vrg.hal.models import robot_model
+from vrg.hal.sensors.downward import Altimeter, Overview, OverviewSpec
 from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.hal.sim.engines.air import HOVER, LANDING
@@ -216,3 +217,32 @@ def test_a_snapshot_keeps_the_height(engine: str) -> None:
     assert flown(kept, 1.5)[-1].z == 0.0, "its motors are off"
     made.close()
     kept.close()
+
+
+def test_it_measures_how_far_it_is_to_what_is_below_and_finds_who_is_there() -> None:
+    robots = {"b": (0.0, 0.0), "c": (0.3, 1.5), "d": (0.0, 4.0)}
+    others = [(name, "P2AT", *place, 0.0) for name, place in robots.items()]
+    made = world("planar", ("a", "Crazyflie", 0.0, -0.8, math.pi / 2), *others, ("e", "Crazyflie", 0.5, -0.8, 0.0))
+    found: dict[type, object] = {}
+    for tick in range(400):
+        made.drive("a", Twist(0.4, 0.0) if 100 <= tick < 200 else STILL, armed=True)
+        made.drive("e", Twist(0.0, 0.0, climb=0.5), armed=True)
+        made.step()
+        found |= {type(reading): reading for robot, _, reading in made.sense() if robot == "a"}
+    here, below, seen = made.pose("a"), found[Altimeter], found[Overview]
+    assert isinstance(below, Altimeter)
+    assert below.distance == pytest.approx(here.z - robot_model("P2AT").height)
+    assert isinstance(seen, Overview)
+    ahead = [(y - here.y, here.x - x) for x, y in (robots["b"], robots["c"])]
+    assert list(seen.places) == [pytest.approx(place, abs=1e-6) for place in ahead], "d is too far"
+    assert made.pose("e").z > here.z, "it does not see what is above it"
+    made.close()
+
+
+@given(st.floats(0.2, 5.0), st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
+def test_a_slanted_view_is_less_exact(height: float, ahead: float, left: float) -> None:
+    spec = OverviewSpec()
+    straight = spec.deviation(height, (0.0, 0.0))
+    assert straight == pytest.approx(spec.noise * height)
+    away = math.hypot(ahead, left)
+    assert spec.deviation(height, (ahead, left)) == pytest.approx(straight / math.cos(math.atan2(away, height)) ** 2)
