@@ -17,6 +17,8 @@ from vrg_crazyflie.report import LOW_POWER, Info, Motion, Status
 
 CLIMB_SPEED, LAND_SPEED = 0.4, 0.2
 """The speeds in m/s at which it takes off and, on average, lands."""
+LONGEST_LANDING: Final = 3.5
+"""The time in s that a landing takes at most, from wherever: the launcher kills a process that takes 5 s to stop."""
 CLIMB_TOLERANCE: Final = 0.08
 """The distance in m from its height within which it hovers there."""
 CLIMB_PATIENCE, ARM_PATIENCE, LAND_PATIENCE = 2.0, 3.0, 3.0
@@ -261,7 +263,7 @@ class Flight:
         if now - self._since < BRAKE_TIME and abs(motion.twist.speed) > BRAKE_SPEED:
             return [Hover(STILL, self._ground + self._height if self._lost_place else max(motion.z, self._ground))]
         height = motion.z - self._ground if not self._lost_place else self._height
-        self._landing = max(0.5, height / LAND_SPEED)
+        self._landing = min(max(0.5, height / LAND_SPEED), LONGEST_LANDING)
         self._go(Phase.LANDING, now)
         return self._land(now, motion, status)
 
