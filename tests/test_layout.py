@@ -293,7 +293,7 @@ BUDGETS = {
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_146,  # with passive bodies that are placed and published, and looks as rows of numbers
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
-    "hal": 1_735,  # actuators; the permission of robots, which the world uses too; what flies, and what looks down from it
+    "hal": 1_735,  # actuators; the permission of robots, which the world uses too; what flies and looks down
     "shared values": 1_880,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_185,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_513,  # with sketches that are rounded, beams that are computed once, and installed packages
