@@ -178,8 +178,8 @@ def shadow(name: str, at: Pose, size: Vector) -> Figure:
         at: the pose of the robot. size: its length and width, m.
     """
     away = round(SHADOW * at.z, 3)
-    ground = Shape(to_millimetres(rounded(*size, 0.4 * min(size))), mix(DARK.field, DARK.ink, 0.6))
-    return Figure(f"shadow of {name}", (ground,), Pose(at.x + away, at.y - away, at.theta), _least(size))
+    ground = Shape(((away, -away),), mix(DARK.field, DARK.ink, 0.6), radius=round(min(size) / 2, 3))
+    return Figure(f"shadow of {name}", (ground,), Pose(at.x, at.y, 0.0), _least(size))
 
 
 def _least(size: Vector) -> float:
