@@ -83,6 +83,10 @@ class Pose(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, 
     theta: Radians
     z: Metres = LEVEL
 
+    def __reduce__(self) -> tuple[type["Pose"], tuple[float, ...]]:
+        """Copy and pickle it so that a height of 0 is again LEVEL."""
+        return Pose, (self.x, self.y, self.theta, self.z) if self.z else (self.x, self.y, self.theta)
+
 
 class Uncertainty(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     """How well a pose is known: variances and a covariance of its errors.
@@ -117,6 +121,10 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     w: AngularSpeed
     side: Speed = 0.0
     climb: Speed = LEVEL
+
+    def __reduce__(self) -> tuple[type["Twist"], tuple[float, ...]]:
+        """Copy and pickle it so that a climb of 0 is again LEVEL."""
+        return Twist, (self.v, self.w, self.side, self.climb) if self.climb else (self.v, self.w, self.side)
 
     @property
     def speed(self) -> float:
