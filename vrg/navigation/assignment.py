@@ -7,6 +7,7 @@ Aerospace and Electronic Systems 52 (2016), section II. Among equal sums, the sa
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 
 def assign(costs: Sequence[Sequence[float]]) -> list[tuple[int, int]]:
@@ -21,23 +22,28 @@ def assign(costs: Sequence[Sequence[float]]) -> list[tuple[int, int]]:
     if not costs or not costs[0]:
         return []
     if len(costs[0]) < len(costs):
-        turned = _columns([list(column) for column in zip(*costs, strict=True)])
+        turned = columns_of([list(column) for column in zip(*costs, strict=True)])
         return sorted((row, column) for column, row in enumerate(turned))
-    return list(enumerate(_columns(costs)))
+    return list(enumerate(columns_of(costs)))
 
 
-def _columns(costs: Sequence[Sequence[float]]) -> list[int]:
-    """The column of each row, where there are at least as many columns as rows."""
-    columns = range(len(costs[0]))
+def columns_of(costs: Any) -> list[int]:
+    """The column of each row, where there are at least as many columns as rows, and at least one.
+
+    It is compiled for batches of matches, too.
+
+    Args:
+        costs: as rows of one length, or an array of shape (rows, columns); finite.
+    """
+    columns, free = range(len(costs[0])), -1
     row_price, column_price = [0.0] * len(costs), [0.0] * len(columns)
-    row_of: list[int | None] = [None] * len(columns)
-    column_of: list[int] = [-1] * len(costs)
+    row_of, column_of = [free] * len(columns), [-1] * len(costs)
     for row in range(len(costs)):
         shortest, before = [math.inf] * len(columns), [-1] * len(columns)
         seen_rows: list[int] = []
         seen_columns: list[int] = []
         # From the last column on, so that where all costs are equal the diagonal is taken.
-        left = list(reversed(columns))
+        left = list(columns)[::-1]
         least, at, sink = 0.0, row, -1
         while sink < 0:
             seen_rows.append(at)
@@ -47,14 +53,14 @@ def _columns(costs: Sequence[Sequence[float]]) -> list[int]:
                 if cost < shortest[column]:
                     shortest[column], before[column] = cost, at
                 # Among equal ones, a free column ends the path.
-                if shortest[column] < nearest or (shortest[column] == nearest and row_of[column] is None):
+                if shortest[column] < nearest or (shortest[column] == nearest and row_of[column] == free):
                     nearest, best = shortest[column], place
             least, column = nearest, left[best]
             seen_columns.append(column)
             left[best] = left[-1]
             left.pop()
             owner = row_of[column]
-            if owner is None:
+            if owner == free:
                 sink = column
             else:
                 at = owner

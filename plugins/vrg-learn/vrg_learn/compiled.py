@@ -24,6 +24,7 @@ import vrg
 import vrg_learn
 from vrg import geometry, regions, types
 from vrg.hal.sim import shapes
+from vrg.portable.scalars import cos_sin, within_a_quarter
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -40,6 +41,20 @@ def _wrap(angle: float) -> float:
     return rest + math.tau if rest < -math.pi else rest
 
 
+def _cos_sin(angle: float) -> tuple[float, float]:
+    """The same as vrg.portable.scalars.cos_sin for angles up to its FAR, as all headings are.
+
+    It has no branches, so that the processor works on several angles at a time.
+    """
+    quarters, cos, sin = within_a_quarter(angle)
+    quarter = quarters - 4.0 * np.floor(quarters * 0.25)
+    odd = abs(quarter - 2.0) == 1.0
+    return (
+        (-1.0 if abs(quarter - 1.5) == 0.5 else 1.0) * (sin if odd else cos),
+        (-1.0 if quarter >= 2.0 else 1.0) * (cos if odd else sin),
+    )
+
+
 def _tuple_of(kind: type) -> type:
     """A tuple with the fields of a class and their defaults: numba knows tuples, but none of the project's classes."""
     defaults = [p.default for p in inspect.signature(kind).parameters.values() if p.default is not p.empty]
@@ -48,6 +63,7 @@ def _tuple_of(kind: type) -> type:
 
 _INSTEAD: Final[dict[int, Any]] = {
     id(geometry.wrap): _wrap,
+    id(cos_sin): _cos_sin,
     **{id(kind): _tuple_of(kind) for kind in (types.Pose, types.Twist, regions.Circle, shapes.Box, shapes.Gap)},
 }
 """The machine code for objects that numba does not know, by their ids."""

@@ -127,11 +127,10 @@ def place(dx: float, dy: float, cos: float, sin: float, scale: float) -> tuple[f
         dx, dy: the way there in the map's frame, m. cos, sin: of the own heading. scale: 1 / reach, 1/m.
     """
     distance = hypot(dx, dy)
-    if distance == 0.0:
-        return 1.0, 0.0, 0.0, 1.0
-    part = 1.0 / distance
+    here = distance == 0.0
+    part = 1.0 / (1.0 if here else distance)
     ahead, aside = turned(dx, dy, cos, sin)
-    return ahead * part, aside * part, distance * scale, 1.0 / (1.0 + distance)
+    return 1.0 if here else ahead * part, 0.0 if here else aside * part, distance * scale, 1.0 / (1.0 + distance)
 
 
 def turned(x: float, y: float, cos: float, sin: float) -> tuple[float, float]:

@@ -52,7 +52,7 @@ SHARKS = (
     Planted(sharks_and_minnows.next_round, "t.roles[n], t.active[n] = SHARK, True", "t.active[n] = True"),
     Planted(sharks_and_minnows.judge, "c.others[:] = False", "pass"),
     Planted(sharks_and_minnows.judge, "t.before[:] = m.poses", "pass"),
-    Planted(assigning.line_up, "dx * dx + dy * dy", "math.sqrt(dx * dx + dy * dy)"),
+    Planted(assigning.line_up, "dx * dx + dy * dy", "np.sqrt(dx * dx + dy * dy)"),
 )
 OUT = (Planted(sharks_and_minnows.judge, "t.clock += dt", "t.clock += 2.0 * dt"),)
 FLAGS = (
@@ -65,7 +65,7 @@ ANYWHERE = (
     Planted(roboflag.next_round, "if t.number == SUDDEN_DEATH:", "if False:"),
 )
 SHARKS_ANYWHERE = (Planted(sharks_and_minnows.next_round, "if t.roles[n] == MINNOW:", "if True:"),)
-ZONES = (Planted(roboflag.observe, " or in_zone(s, 1, x, y)", ""),)
+ZONES = (Planted(roboflag.numbers, " or in_zone(s, 1, x, y)", ""),)
 MOTION = (
     Planted(motion.walls_of, "b.width)", "b.width + 0.04)"),
     Planted(motion.walls_of, "c.radius)", "c.radius + 0.02)"),
@@ -74,12 +74,12 @@ MOTION = (
     Planted(motion.command, "scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest", "scale = 1.0"),
 )
 LONG = (
-    Planted(motion.collide, "at_walls[:walled]", "at_walls[:0]"),
-    Planted(motion.collide, "pairs[:paired], pairs[:paired]", "pairs[:0], pairs[:0]"),
+    Planted(motion.advance, "at_walls[:walled]", "at_walls[:0]"),
+    Planted(motion.advance, "pairs[:paired]", "pairs[:0]"),
 )
 NODES = (
     Planted(stepping.publish, "k.poses[n, axis] = m.poses", "k.poses[n, axis] = m.before"),
-    Planted(observing.write_others, "2.0 * v_max", "1.0 * v_max"),
+    Planted(observing.observe, "2.0 * model.v_max", "1.0 * model.v_max"),
     Planted(sharks_and_minnows.drive, "t.limits[n]", "r.v_max[n]"),
 )
 NOISE = (

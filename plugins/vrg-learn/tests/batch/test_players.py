@@ -45,7 +45,7 @@ class Twin(Strategy):
         else:
             row, a = self.names.index(self.name), self.records
             self.know(view, row)
-            s, t, r, k = a.setting, a.standing[0], a.model[0], a.minds[0]
+            s, t, r, k = a.setting[0], a.standing[0], a.model[0], a.minds[0]
             self.players.plan(s, t, r, k, self.plans, view.time)
             if view.me.may_move and view.me.state != TAGGED:  # one that is tagged is led home
                 v, w = self.players.decide(s, t, r, k, self.plans, row, view.time)

@@ -6,7 +6,7 @@ import pytest
 
 from batch import test_roboflag, test_sharks_and_minnows
 from batch.refereeing import smaller
-from vrg_learn.batch import stepping
+from vrg_learn.batch import motion, stepping
 from vrg_learn.batch.matches import Batch
 from vrg_learn.batch.stepping import Variation
 
@@ -107,3 +107,16 @@ def test_a_player_knows_the_top_speed_of_the_match_file_and_not_that_of_its_robo
         a = batch.records
         assert a.motions.rolled[..., 0].min() > 0.3
         assert batch.out.observations[..., 2] == pytest.approx(a.motions.rolled[..., 0] / a.model.v_max)
+
+
+def test_a_robot_that_turns_otherwise_than_its_model_turns_no_faster_where_it_is_pushed(in_python: None) -> None:
+    batch = Batch(TWO, 4, vary=Variation(turning=VARY.turning), threads=1)
+    batch.reset()
+    a, fastest = batch.records, 0.0
+    for m in a.motions:
+        for n, side in enumerate((-1.0, 1.0)):
+            motion.put(m, n, side * 0.3, 0.0, 1.57 * (1.0 + side))
+    for _ in range(30):
+        batch.step(np.ones((4, 2, 2), dtype=np.float32) * [0.5, 0.5])
+        fastest = max(fastest, float(np.abs(a.motions.velocities[..., 1]).max()))
+    assert 0.1 < fastest < a.model.w_max.max() * (1.0 + VARY.turning)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vrg_learn.batch.records import Record, Records, Singles, records
 from vrg_learn.learning import Learning, Reward
@@ -54,19 +54,11 @@ def reward(s: Record, t: Record, c: Record, rewards: Singles) -> None:
             rewards[n] += WINNING if s.sides[n] == t.winner else -WINNING
 
 
-def no_strategy(*_: Any) -> None:
-    """Stands for what a strategy does where a game has none in a batch."""
-
-
-def no_motion(*_: Any) -> tuple[float, float]:
-    """Stands for what a strategy decides where a game has none in a batch."""
-    return 0.0, 0.0
-
-
 class Functions(NamedTuple):
     """The functions of a game, which are given the records of one match; see those of a game.
 
-    The last three are those of the teams that play by a strategy. A game without such teams leaves them out.
+    `numbers`, `place_of` and `flags` write what players see of the game, as vrg_learn.learning describes it.
+    The last three are those of the teams that play by a strategy.
     """
 
     judge: Callable[..., bool]
@@ -74,10 +66,12 @@ class Functions(NamedTuple):
     reset: Callable[..., None]
     drive: Callable[..., None]
     able: Callable[..., bool]
-    observe: Callable[..., None]
-    forget: Callable[..., None] = no_strategy
-    plan: Callable[..., None] = no_strategy
-    decide: Callable[..., tuple[float, float]] = no_motion
+    numbers: Callable[..., int]
+    place_of: Callable[..., tuple[float, float]]
+    flags: Callable[..., int]
+    forget: Callable[..., None]
+    plan: Callable[..., None]
+    decide: Callable[..., tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -88,6 +82,7 @@ class BatchedGame:
         setting: what is the same in all matches. standing: how each stands, before its reset.
         calls: room for the calls of each. rules: the names of the rules of calls.
         teams: the names of the teams, by the numbers of winners. length: the number of values of an observation.
+        places: how many places are in it.
         functions: those of one match; None for a game that referees judge.
         strategies: the names of those by which a team can play, by their numbers.
     """
@@ -98,5 +93,6 @@ class BatchedGame:
     rules: tuple[str, ...]
     teams: tuple[str, ...]
     length: int
+    places: int = 0
     functions: Functions | None = None
     strategies: tuple[str, ...] = ()

@@ -13,7 +13,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import cores
-from vrg_learn.batch import chance, motion, roboflag, sharks_and_minnows, stepping
+from vrg_learn.batch import chance, motion, observing, roboflag, sharks_and_minnows, stepping
 from vrg_learn.batch.game import BatchedGame
 from vrg_learn.batch.refereed import Refereed
 from vrg_learn.batch.stepping import Matches, Outputs, Variation
@@ -89,7 +89,7 @@ class Batch:
         self.sides: npt.NDArray[np.int64] = game.setting.sides
         self.rules, self.teams, self.length, self.strategies = game.rules, game.teams, game.length, game.strategies
         self.records = Matches(
-            setting=game.setting,
+            setting=game.setting.reshape(1).view(np.recarray),
             standing=game.standing,
             calls=game.calls,
             motions=motion.motions(matches, players, robots.rates.shape[2]),
@@ -98,6 +98,7 @@ class Batch:
             minds=stepping.minds(matches, players, vary.delay),
             plans=stepping.plans(matches, players, len(game.teams)),
             chance=chance.streams(matches),
+            sights=observing.sights(matches, players, game.places),
         )
         chance.seed(self.records.chance, seed)
         self.walls = motion.walls_of(load_map(setup.map))
@@ -175,7 +176,11 @@ class Batch:
         if not self._begun:
             raise ConfigError("step: expected matches that have begun: call reset first, and again after play_by")
         expected = (self.matches, len(self.players), 2)
-        if actions.shape != expected or np.iscomplexobj(actions) or not np.isfinite(actions).all():
+        if (
+            actions.shape != expected
+            or np.iscomplexobj(actions)
+            or np.count_nonzero(np.isfinite(actions)) < actions.size
+        ):
             got = f"shape {actions.shape}" if actions.shape != expected else "some that are not finite, or not real"
             raise ValueError(f"actions: expected finite numbers of shape {expected}, got {got}")
         wanted = np.ascontiguousarray(actions, dtype=np.float32)

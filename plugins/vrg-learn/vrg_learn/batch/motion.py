@@ -17,8 +17,8 @@ from vrg.hal.sim.engines.engine import CONTACT
 from vrg.hal.sim.engines.pushing import Walls, separate
 from vrg.hal.sim.map import Map
 from vrg.portable.arrays import cos_sin_array
-from vrg.portable.scalars import within_a_quarter
-from vrg_learn.batch.records import Flags, Floats, Record, Records, records
+from vrg.portable.scalars import cos_sin
+from vrg_learn.batch.records import Flags, Floats, Numbers, Record, Records, records
 
 
 def robots(models: Sequence[RobotModel], matches: int) -> Records:
@@ -26,6 +26,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
 
     Fields, each with a row for each player: `sizes`: length and width, m; `reach`: the radius of the circle around the
     body, m; `rates` and `motions`, shape (axes, 3): `Drivetrain.rates`, and the effect of each axis on the twist;
+    `commands`: the rates by which commands are followed, those of the model also where the robot turns otherwise;
     `fastest`: the speed of the fastest axis for 1 m/s ahead, rad/m; `slew` and `brake`: how fast the axes can speed up,
     and slow down with locked wheels, rad/s^2; `grip`: the force of locked wheels, N; `v_max`, m/s; `w_max`, rad/s.
 
@@ -41,6 +42,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
         reach=(float, count),
         rates=(float, count, axes, 3),
         motions=(float, count, axes, 3),
+        commands=(float, count, axes, 3),
         fastest=(float, count),
         slew=(float, count),
         brake=(float, count),
@@ -58,7 +60,7 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
         own = len(drivetrain.axes)
         found.sizes[:, n] = model.size
         found.reach[:, n] = circumradius(model.size)
-        found.rates[:, n, :own] = drivetrain.rates
+        found.rates[:, n, :own] = found.commands[:, n, :own] = drivetrain.rates
         found.motions[:, n, :own] = np.transpose(drivetrain.motions)
         found.fastest[:, n] = max(abs(ahead) for ahead, _, _ in drivetrain.rates)
         found.slew[:, n] = model.a_max / drivetrain.wheel_radius
@@ -73,9 +75,9 @@ def motions(matches: int, players: int, axes: int) -> Records:
 
     Fields, each with a row for each player: `poses` and `before`: x, y in m and the heading in rad, now and before the
     last step; `velocities`: v in m/s, w in rad/s, and the speed to the left in m/s; `speeds` and `targets`: those that
-    the axes have, and aim for, rad/s; `braking`: True for locked wheels; `room`: the way in m that the robot can go
-    before it could touch anything; `rolled`: v and w as the wheels have turned in the last step, also against an
-    obstacle, which is what odometry measures. In the others a collision is resolved.
+    the axes have, and aim for, rad/s; `braking`: True for locked wheels; `room`, shape (2, players): the way in m that
+    the robot can go before it could touch another one, or a wall; `rolled`: v and w as the wheels have turned in the
+    last step, also against an obstacle, which is what odometry measures. In the others a collision is resolved.
     """
     found = records(
         matches,
@@ -85,7 +87,7 @@ def motions(matches: int, players: int, axes: int) -> Records:
         rolled=(float, players, 2),
         speeds=(float, players, axes),
         targets=(float, players, axes),
-        room=(float, players),
+        room=(float, 2, players),
         shifts=(float, players, 2),
         braking=(bool, players),
         **dict.fromkeys(("stuck", "back", "moved", "blocked", "shifted"), (bool, players)),
@@ -116,11 +118,11 @@ def command(m: Record, r: Record, row: int, v: float, w: float, v_max: float) ->
     """Let a robot aim for a twist, slowed down so that no axis turns faster than at `v_max` straight ahead."""
     limit, fastest = r.fastest[row] * max(0.0, v_max), 0.0
     for axis in range(m.targets.shape[1]):
-        fastest = max(fastest, abs(r.rates[row, axis, 0] * v + r.rates[row, axis, 1] * w))
+        fastest = max(fastest, abs(r.commands[row, axis, 0] * v + r.commands[row, axis, 1] * w))
     scale = 1.0 if fastest <= limit * LIMIT_ROUNDING else limit / fastest
     v, w = v * scale, w * scale
     for axis in range(m.targets.shape[1]):
-        m.targets[row, axis] = r.rates[row, axis, 0] * v + r.rates[row, axis, 1] * w
+        m.targets[row, axis] = r.commands[row, axis, 0] * v + r.commands[row, axis, 1] * w
     m.braking[row] = False
 
 
@@ -130,11 +132,11 @@ def lock(m: Record, row: int) -> None:
     m.braking[row] = True
 
 
-X, Y, THETA, V, W, LIMIT, REACH, ROOM = range(8)
-"""The rows of what `advance` works in: poses, v and w, how much an axis may speed up or slow down in a step, rad/s, and
-`reach` and `room` of robots. Then come those of the
-poses before a step, of the cosines and sines of headings, and four for each axis."""
-BEFORE, COSINE, AXES = 8, 11, 13
+X, Y, THETA, V, W, LIMIT, REACH, ROOM, WALL = range(9)
+"""The rows of what `advance` works in: poses, v and w, how much an axis may speed up or slow down in a step, rad/s,
+`reach`, and `room` beside robots and beside walls. Then come those of the poses before a step, of the cosines and sines
+of headings, and four for each axis."""
+BEFORE, COSINE, AXES = 9, 12, 14
 
 
 def advance(
@@ -157,16 +159,20 @@ def advance(
             rows[taken] = b
             taken += 1
     slid = np.zeros(taken, dtype=np.bool_)
+    at_walls = np.empty((count * (len(walls.boxes) + len(walls.circles)), 2), dtype=np.int64)
+    pairs = np.empty((count * count, 2), dtype=np.int64)
     for _ in range(steps):
         drive_on(work, taken * count, axes, dt)
         for k in range(taken):
             slid[k] = False
-            if is_due(work, k * count, count) and look_around(work, k * count, count, walls) < CONTACT:
-                m, r = motions[rows[k]], robots[rows[k]]
-                scatter(m, work, k * count, False)
-                slid[k] = collide(m, r, walls, dt)
-                if slid[k]:
-                    gather(m, r, work, k * count, dt)
+            if is_due(work, k * count, count):
+                walled, paired = look_around(work, k * count, count, walls, at_walls, pairs)
+                if walled + paired > 0:
+                    m, r, near = motions[rows[k]], robots[rows[k]], pairs[:paired]
+                    scatter(m, work, k * count, False)
+                    slid[k] = separate(m, r, walls, at_walls[:walled], near, near, dt, math.inf)
+                    if slid[k]:
+                        follow(m, work, k * count)
         for i in range(taken * count):
             work[THETA, i] -= np.rint(work[THETA, i] / (2 * math.pi)) * (2 * math.pi)
     for k in range(taken):
@@ -175,13 +181,11 @@ def advance(
 
 def gather(m: Record, r: Record, work: Floats, at: int, dt: float) -> None:
     """Put the robots of a match into the columns from `at` on."""
-    for n in range(len(m.room)):
+    for n in range(len(m.poses)):
         i = at + n
         work[X, i], work[Y, i], work[THETA, i] = m.poses[n, 0], m.poses[n, 1], m.poses[n, 2]
-        work[V, i], work[W, i] = m.rolled[n, 0], m.rolled[n, 1]
-        work[BEFORE, i], work[BEFORE + 1, i], work[BEFORE + 2, i] = m.before[n, 0], m.before[n, 1], m.before[n, 2]
         work[LIMIT, i] = (r.brake[n] if m.braking[n] else r.slew[n]) * dt
-        work[REACH, i], work[ROOM, i] = r.reach[n], m.room[n]
+        work[REACH, i], work[ROOM, i], work[WALL, i] = r.reach[n], m.room[0, n], m.room[1, n]
         for axis in range(m.speeds.shape[1]):
             row = AXES + 4 * axis
             work[row, i], work[row + 1, i] = m.speeds[n, axis], m.targets[n, axis]
@@ -194,15 +198,29 @@ def scatter(m: Record, work: Floats, at: int, slid: bool) -> None:
     Args:
         slid: whether the last step has ended with a push, after which the velocities are other ones.
     """
-    for n in range(len(m.room)):
+    for n in range(len(m.poses)):
         i = at + n
         m.poses[n, 0], m.poses[n, 1], m.poses[n, 2] = work[X, i], work[Y, i], work[THETA, i]
         m.before[n, 0], m.before[n, 1], m.before[n, 2] = work[BEFORE, i], work[BEFORE + 1, i], work[BEFORE + 2, i]
-        m.rolled[n, 0], m.rolled[n, 1], m.room[n] = work[V, i], work[W, i], work[ROOM, i]
+        m.rolled[n, 0], m.rolled[n, 1] = work[V, i], work[W, i]
+        m.room[0, n], m.room[1, n] = work[ROOM, i], work[WALL, i]
         for axis in range(m.speeds.shape[1]):
             m.speeds[n, axis] = work[AXES + 4 * axis, i]
         if not slid:
             m.velocities[n, 0], m.velocities[n, 1], m.velocities[n, 2] = work[V, i], work[W, i], 0.0
+
+
+def follow(m: Record, work: Floats, at: int) -> None:
+    """Put into the columns from `at` on what a push has changed."""
+    for n in range(len(m.poses)):
+        if m.moved[n]:
+            i = at + n
+            way = abs(m.poses[n, 0] - work[X, i]) + abs(m.poses[n, 1] - work[Y, i])
+            work[X, i], work[Y, i], work[THETA, i] = m.poses[n, 0], m.poses[n, 1], m.poses[n, 2]
+            work[ROOM, i] -= way
+            work[WALL, i] -= way
+            for axis in range(m.speeds.shape[1]):
+                work[AXES + 4 * axis, i] = m.speeds[n, axis]
 
 
 def drive_on(work: Floats, robots: int, axes: int, dt: float) -> None:
@@ -210,7 +228,8 @@ def drive_on(work: Floats, robots: int, axes: int, dt: float) -> None:
 
     The loops are short, as compilers only make vectors of such that name few arrays.
     """
-    x, y, theta, v, w, limit, reach, room = work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7]
+    x, y, theta, v, w, limit = work[0], work[1], work[2], work[3], work[4], work[5]
+    reach, room, wall = work[REACH], work[ROOM], work[WALL]
     cosines, sines = work[COSINE], work[COSINE + 1]
     work[V : W + 1, :robots] = 0.0
     for axis in range(axes):
@@ -226,115 +245,88 @@ def drive_on(work: Floats, robots: int, axes: int, dt: float) -> None:
             w[i] += turn[i] * speeds[i]
     work[BEFORE : BEFORE + 3, :robots] = work[X : THETA + 1, :robots]
     for i in range(robots):
-        quarters, cos, sin = within_a_quarter(theta[i] + w[i] * dt * 0.5)
-        # As cos_sin does, without branches, for any angle that a heading has.
-        quarter = quarters - 4.0 * np.floor(quarters * 0.25)
-        odd = abs(quarter - 2.0) == 1.0
-        cosines[i] = (-1.0 if abs(quarter - 1.5) == 0.5 else 1.0) * (sin if odd else cos)
-        sines[i] = (-1.0 if quarter >= 2.0 else 1.0) * (cos if odd else sin)
+        cosines[i], sines[i] = cos_sin(theta[i] + w[i] * dt * 0.5)
     for i in range(robots):
         x[i] += v[i] * dt * cosines[i]
         y[i] += v[i] * dt * sines[i]
     for i in range(robots):
         theta[i] += w[i] * dt
-        room[i] -= abs(v[i] * dt) + abs(w[i] * dt) * reach[i]
+    for i in range(robots):
+        way = abs(v[i] * dt) + abs(w[i] * dt) * reach[i]
+        room[i] -= way
+        wall[i] -= way
 
 
 def is_due(work: Floats, at: int, robots: int) -> bool:
     """True if a robot of a match may touch something, by the way that it has gone."""
     due = False
     for i in range(at, at + robots):
-        due = due or work[ROOM, i] < 0.0
+        due = due or work[ROOM, i] < 0.0 or work[WALL, i] < 0.0
     return due
 
 
-def look_around(work: Floats, at: int, robots: int, walls: Walls) -> float:
-    """Measure the room of the robots of a match.
-
-    Returns:
-        the least gap between the circle around one and anything, m.
+def look_around(work: Floats, at: int, robots: int, walls: Walls, at_walls: Numbers, pairs: Numbers) -> tuple[int, int]:
+    """Measure the room of the robots of a match, and find what is so near that it may touch.
 
     Args:
         at, robots: their columns: from which one on, and how many.
+        at_walls, pairs: where robots are written with a wall, and with another robot; see `separate`.
+
+    Returns:
+        how many rows of them are written.
     """
     x, y, reach = work[X, at : at + robots], work[Y, at : at + robots], work[REACH, at : at + robots]
-    room, gaps = work[ROOM, at : at + robots], work[COSINE, at : at + robots]
+    room, wall, gaps = work[ROOM, at : at + robots], work[WALL, at : at + robots], work[COSINE, at : at + robots]
+    walled, paired, tight = 0, 0, False
     for n in range(robots):
+        tight = tight or wall[n] < CONTACT
         room[n] = math.inf
+    if tight:
+        measure_walls(x, y, reach, wall, gaps, walls)
+        for n in range(robots):
+            if wall[n] < CONTACT:
+                for k in range(len(walls.boxes) + len(walls.circles)):
+                    at_walls[walled, 0], at_walls[walled, 1] = n, k
+                    walled += 1
+    for n in range(robots):
+        for other in range(n + 1, robots):
+            dx, dy = x[n] - x[other], y[n] - y[other]
+            gaps[other] = math.sqrt(dx * dx + dy * dy) - reach[n] - reach[other]
+        least = 2.0 * room[n]
+        for other in range(n + 1, robots):
+            half = gaps[other] / 2
+            room[other] = half if half < room[other] else room[other]
+            least = gaps[other] if gaps[other] < least else least
+        room[n] = least / 2
+        if least < CONTACT:
+            for other in range(n + 1, robots):
+                if gaps[other] < CONTACT:
+                    pairs[paired, 0], pairs[paired, 1] = n, other
+                    paired += 1
+    return walled, paired
+
+
+def measure_walls(x: Floats, y: Floats, reach: Floats, wall: Floats, gaps: Floats, walls: Walls) -> None:
+    """Measure the gaps between the circles around robots and the nearest wall, m; negative if they overlap.
+
+    Args:
+        x, y, reach: of the robots, m. wall: where the gaps are written. gaps: room to work in.
+    """
+    for n in range(len(x)):
+        wall[n] = math.inf
     for k in range(len(walls.boxes)):
         far, aside, cos, sin = walls.boxes[k, 0], walls.boxes[k, 1], walls.turns[k, 0], walls.turns[k, 1]
         length, width = walls.boxes[k, 3] / 2, walls.boxes[k, 4] / 2
-        for n in range(robots):
+        for n in range(len(x)):
             dx, dy = x[n] - far, y[n] - aside
             u, v = abs(dx * cos + dy * sin) - length, abs(dy * cos - dx * sin) - width
             u, v = u if u > 0.0 else 0.0, v if v > 0.0 else 0.0
             gaps[n] = math.sqrt(u * u + v * v)
-        for n in range(robots):
-            room[n] = gaps[n] if gaps[n] < room[n] else room[n]
+        for n in range(len(x)):
+            wall[n] = gaps[n] if gaps[n] < wall[n] else wall[n]
     for k in range(len(walls.circles)):
-        for n in range(robots):
+        for n in range(len(x)):
             dx, dy = x[n] - walls.circles[k, 0], y[n] - walls.circles[k, 1]
-            room[n] = min(room[n], math.sqrt(dx * dx + dy * dy) - walls.circles[k, 2])
-    least = math.inf
-    for n in range(robots):
-        room[n] -= reach[n]
-        least = min(least, room[n])
-    for n in range(1, robots):
-        here_x, here_y, own = x[n], y[n], reach[n]
-        for other in range(n):
-            dx, dy = here_x - x[other], here_y - y[other]
-            gaps[other] = math.sqrt(dx * dx + dy * dy) - own - reach[other]
-        nearest = math.inf
-        for other in range(n):
-            half = gaps[other] / 2
-            room[other] = half if half < room[other] else room[other]
-            nearest = gaps[other] if gaps[other] < nearest else nearest
-        least, room[n] = min(least, nearest), min(room[n], nearest / 2)
-    return least
-
-
-def robot_gap(m: Record, r: Record, n: int, other: int) -> float:
-    """The gap between the circles around two bodies, m; negative if they overlap."""
-    dx, dy = m.poses[n, 0] - m.poses[other, 0], m.poses[n, 1] - m.poses[other, 1]
-    gap: float = math.sqrt(dx * dx + dy * dy) - r.reach[n] - r.reach[other]
-    return gap
-
-
-def room_at_walls(m: Record, r: Record, walls: Walls, n: int) -> float:
-    """The gap between the circle around a body and the nearest wall, m; negative if they overlap."""
-    least, x, y = math.inf, m.poses[n, 0], m.poses[n, 1]
-    for k in range(len(walls.boxes)):
-        dx, dy, cos, sin = x - walls.boxes[k, 0], y - walls.boxes[k, 1], walls.turns[k, 0], walls.turns[k, 1]
-        u = max(0.0, abs(dx * cos + dy * sin) - walls.boxes[k, 3] / 2)
-        v = max(0.0, abs(dy * cos - dx * sin) - walls.boxes[k, 4] / 2)
-        least = min(least, math.sqrt(u * u + v * v))
-    for k in range(len(walls.circles)):
-        dx, dy = x - walls.circles[k, 0], y - walls.circles[k, 1]
-        least = min(least, math.sqrt(dx * dx + dy * dy) - walls.circles[k, 2])
-    gap: float = least - r.reach[n]
-    return gap
-
-
-def collide(m: Record, r: Record, walls: Walls, dt: float) -> bool:
-    """Push overlapping bodies of one match apart, and return whether any was moved.
-
-    The room of all of them has just been measured.
-    """
-    count, statics = len(m.room), len(walls.boxes) + len(walls.circles)
-    at_walls = np.empty((count * statics, 2), dtype=np.int64)
-    pairs = np.empty((count * count, 2), dtype=np.int64)
-    walled, paired = 0, 0
-    for n in range(count):
-        tight = m.room[n] < CONTACT
-        if tight and room_at_walls(m, r, walls, n) < CONTACT:
-            for wall in range(statics):
-                at_walls[walled, 0], at_walls[walled, 1] = n, wall
-                walled += 1
-        for other in range(n + 1, count):
-            if tight and m.room[other] < CONTACT and robot_gap(m, r, n, other) < CONTACT:
-                pairs[paired, 0], pairs[paired, 1] = n, other
-                paired += 1
-    moved = separate(m, r, walls, at_walls[:walled], pairs[:paired], pairs[:paired], dt, math.inf)
-    if moved:
-        m.room[:] = 0.0
-    return moved
+            wall[n] = min(wall[n], math.sqrt(dx * dx + dy * dy) - walls.circles[k, 2])
+    for n in range(len(x)):
+        wall[n] -= reach[n]

@@ -1,8 +1,12 @@
-"""The observation of one player, laid out as vrg_learn.observation lays out that of a player in a match."""
+"""The observations of a match's players, laid out as vrg_learn.observation lays out that of a player in a match.
 
-import math
+Each value is computed for all players side by side, so that the processor works on several at a time.
+"""
 
-from vrg_learn.batch.records import Floats, Singles
+from vrg.portable.scalars import cos_sin, hypot
+from vrg_learn.batch.records import Floats, Numbers, Record, Records, Singles, records
+from vrg_learn.compiled import hole
+from vrg_learn.learning import Learning
 from vrg_learn.observation import own, place, turned
 
 OWN = 8
@@ -11,11 +15,37 @@ PLACE = 4
 """The number of values about each place."""
 OTHER = 8
 """The number of values about each other player, before its flags."""
+LANES = 4
+"""The number of players whose values are computed together is a multiple of this, as processors have it."""
+
+numbers = place_of = flags = hole
+"""What a game adds: see `vrg_learn.batch.game.Functions`."""
 
 
-def length(numbers: int, places: int, players: int, flags: int) -> int:
+def length(learning: Learning, players: int) -> int:
     """The number of values of an observation."""
-    return OWN + numbers + PLACE * places + (players - 1) * (OTHER + flags)
+    others = (players - 1) * (OTHER + len(learning.flags))
+    return OWN + len(learning.numbers) + PLACE * len(learning.places) + others
+
+
+def sights(matches: int, players: int, spots: int) -> Records:
+    """Room to work in, as each match needs it while its players observe.
+
+    Of the players that are seen there are `x` and `y`, m, `heading`, rad, with its cosine and sine, `bearing`; `vx` and
+    `vy`, m/s; `gaps`, their squared distances from the one that looks, m^2; and `seen`, the values about them. Of those
+    that look there are `theta`, rad, and `turn`, its cosine and sine. Of each place of each of them there are `ways`:
+    the way there, m, and the cosine and sine of the own heading; and `places`, the values about it.
+    """
+    lanes, ways = -(-players // LANES) * LANES, -(-players * spots // LANES) * LANES
+    # All are of one type: only then does a compiler see that those of one record do not overlap.
+    return records(
+        matches,
+        **dict.fromkeys(("x", "y", "heading", "vx", "vy", "gaps", "theta"), (float, lanes)),
+        **dict.fromkeys(("bearing", "turn"), (float, 2, lanes)),
+        seen=(float, OTHER, lanes),
+        ways=(float, 4, ways),
+        places=(float, PLACE, ways),
+    )
 
 
 def clipped(value: float) -> float:
@@ -23,64 +53,73 @@ def clipped(value: float) -> float:
     return min(1.0, max(-1.0, value))
 
 
-def write_own(
-    out: Singles, x: float, y: float, cos: float, sin: float, v: float, w: float, box: Floats, scale: float
-) -> int:
-    """Write what a player measures of itself, and return the number of values; see `vrg_learn.observation.own`."""
-    values = own(x, y, cos, sin, v, w, (box[0], box[1], box[2], box[3]), scale)
-    for k in range(OWN):
-        out[k] = clipped(values[k])
-    return OWN
-
-
-def write_place(out: Singles, at: int, dx: float, dy: float, cos: float, sin: float, scale: float) -> int:
-    """Write from number `at` on where a place is from a player, and return the next number.
-
-    The arguments are those of `vrg_learn.observation.place`.
-    """
-    ahead, aside, far, near = place(dx, dy, cos, sin, scale)
-    out[at], out[at + 1], out[at + 2], out[at + 3] = ahead, aside, min(1.0, far), near
-    return at + PLACE
-
-
-def write_others(
-    out: Singles,
-    at: int,
-    me: int,
-    here: tuple[float, float, float, float, float],
-    poses: Floats,
-    turns: Floats,
-    velocities: Floats,
-    flags: Floats,
-    v_max: float,
-    scale: float,
-    gaps: Floats,
-) -> None:
-    """Write from number `at` on what a player knows of the others, the nearest first.
+def observe(s: Record, t: Record, model: Record, k: Record, e: Record, out: Singles) -> None:
+    """Write what each player of a match sees.
 
     Args:
-        me: its row. here: its own x, y, speed, and the cosine and sine of its heading.
-        poses: shape (players, 3), as they are published. turns: the cosine and sine of each heading.
-        velocities: shape (players, 2), m/s. flags: shape (players, flags). scale: 1 / reach, 1/m.
-        gaps: shape (players,): room to work in.
+        k: what players know. e: room to work in, of `sights`. out: shape (players, length).
     """
-    x, y, v, cos, sin = here
-    count, width, fastest = len(poses), OTHER + flags.shape[1], 2.0 * v_max
+    count, spots = len(k.poses), e.ways.shape[1] // len(k.poses)
+    box = (s.bounds[0], s.bounds[1], s.bounds[2], s.bounds[3])
+    scale = 1.0 / hypot(box[2] - box[0], box[3] - box[1])
     for n in range(count):
-        dx, dy = poses[n, 0] - x, poses[n, 1] - y
-        gaps[n] = dx * dx + dy * dy
-    gaps[me] = math.inf
-    for n in range(count):
-        if n == me:
-            continue
-        nearer = 0
-        for other in range(n):
-            nearer += gaps[other] <= gaps[n]
-        for other in range(n + 1, count):
-            nearer += gaps[other] < gaps[n]
-        i = write_place(out, at + nearer * width, poses[n, 0] - x, poses[n, 1] - y, cos, sin, scale)
-        along, across = turned(velocities[n, 0], velocities[n, 1], cos, sin)
-        out[i], out[i + 1] = clipped((along - v) / fastest), clipped(across / fastest)
-        out[i + 2], out[i + 3] = turned(turns[n, 0], turns[n, 1], cos, sin)
-        for k in range(flags.shape[1]):
-            out[i + OTHER - PLACE + k] = flags[n, k]
+        e.x[n], e.y[n], e.heading[n], e.theta[n] = k.poses[n, 0], k.poses[n, 1], k.poses[n, 2], k.own[n, 2]
+        e.vx[n], e.vy[n] = k.velocities[n, 0], k.velocities[n, 1]
+    for i in range(len(e.x)):
+        e.bearing[0, i], e.bearing[1, i] = cos_sin(e.heading[i])
+        e.turn[0, i], e.turn[1, i] = cos_sin(e.theta[i])
+    for me in range(count):
+        x, y = k.own[me, 0], k.own[me, 1]
+        for spot in range(spots):
+            i, (to_x, to_y) = me * spots + spot, place_of(s, t, me, spot, x, y)
+            e.ways[0, i], e.ways[1, i], e.ways[2, i], e.ways[3, i] = to_x - x, to_y - y, e.turn[0, me], e.turn[1, me]
+    for i in range(e.ways.shape[1]):
+        ahead, aside, far, near = place(e.ways[0, i], e.ways[1, i], e.ways[2, i], e.ways[3, i], scale)
+        e.places[0, i], e.places[1, i], e.places[2, i], e.places[3, i] = ahead, aside, min(1.0, far), near
+    for me in range(count):
+        row, order = out[me], k.order[me]
+        x, y, v, w, cosine, sine = k.own[me, 0], k.own[me, 1], k.own[me, 3], k.own[me, 4], e.turn[0, me], e.turn[1, me]
+        mine = own(x, y, cosine, sine, v / model.v_max[me], w / model.w_max[me], box, scale)
+        for value in range(OWN):
+            row[value] = clipped(mine[value])
+        at = numbers(s, t, me, x, y, row, OWN)
+        for spot in range(me * spots, (me + 1) * spots):
+            for value in range(PLACE):
+                row[at + value] = e.places[value, spot]
+            at += PLACE
+        look(e, x, y, v, cosine, sine, 2.0 * model.v_max[me], scale)
+        rank(order, e.gaps)
+        for n in order:
+            for value in range(OTHER):
+                row[at + value] = e.seen[value, n]
+            at = flags(s, t, me, n, k, row, at + OTHER)
+
+
+def look(e: Record, x: float, y: float, v: float, cosine: float, sine: float, fastest: float, scale: float) -> None:
+    """Find what a player sees of the others.
+
+    Args:
+        x, y, v: where it is, m, and its speed, m/s. cosine, sine: of its heading.
+        fastest: the relative speed that counts as 1, m/s. scale: 1 / reach, 1/m.
+    """
+    for i in range(len(e.x)):
+        dx, dy = e.x[i] - x, e.y[i] - y
+        e.gaps[i] = dx * dx + dy * dy
+        ahead, aside, far, near = place(dx, dy, cosine, sine, scale)
+        e.seen[0, i], e.seen[1, i], e.seen[2, i], e.seen[3, i] = ahead, aside, min(1.0, far), near
+        along, across = turned(e.vx[i], e.vy[i], cosine, sine)
+        e.seen[4, i], e.seen[5, i] = clipped((along - v) / fastest), clipped(across / fastest)
+        e.seen[6, i], e.seen[7, i] = turned(e.bearing[0, i], e.bearing[1, i], cosine, sine)
+
+
+def rank(order: Numbers, gaps: Floats) -> None:
+    """Sort players by their gaps, and those at the same distance by their rows.
+
+    They are mostly in order already, as they were so at the look before.
+    """
+    for last in range(1, len(order)):
+        n, at = order[last], last
+        while at > 0 and (gaps[order[at - 1]] > gaps[n] or (gaps[order[at - 1]] == gaps[n] and order[at - 1] > n)):
+            order[at] = order[at - 1]
+            at -= 1
+        order[at] = n

@@ -108,7 +108,7 @@ def move_all(low: int, high: int, a: Matches, walls: Walls, vary: Variation, act
     """Let the robots of these matches drive until the next decision, where they play, and measure."""
     still = np.zeros(high, dtype=np.bool_)
     for b in range(low, high):
-        s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
+        s, t, m, r, k = a.setting[0], a.standing[b], a.motions[b], a.robots[b], a.minds[b]
         still[b] = not t.playing
         if t.playing:
             steer(s, t, m, r, a.model[b], k, a.plans[b], a.chance[b], actions[b])
@@ -234,7 +234,7 @@ class Refereed:
     def _advise(self, low: int, high: int, a: Matches) -> None:
         """Let the strategies of teams decide, by what their players have seen last."""
         for b in range(low, high):
-            for n, (view, team) in enumerate(zip(self._referees[b].seen, a.setting.sides, strict=True)):
+            for n, (view, team) in enumerate(zip(self._referees[b].seen, a.setting.sides[0], strict=True)):
                 if (number := int(a.plans.strategy[b, team])) >= 0:
                     strategy = self._referees[b].strategy(view.me.name, self.game.strategies[number])
                     twist = decided(strategy, view)[0].twist

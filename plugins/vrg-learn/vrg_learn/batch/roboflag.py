@@ -18,16 +18,16 @@ from vrg.games.roboflag.judging import judge as judge_look
 from vrg.games.roboflag.rules import RoboFlag
 from vrg.navigation.control import linearise
 from vrg.navigation.pilot import OFFSET
-from vrg.portable.scalars import cos_sin, hypot
+from vrg.portable.scalars import hypot
+from vrg.types import Vector
 from vrg_learn.batch.assigning import line_up
 from vrg_learn.batch.game import BatchedGame, Functions, calls, worths
 from vrg_learn.batch.motion import command, put
-from vrg_learn.batch.observing import length, write_others, write_own, write_place
-from vrg_learn.batch.records import Floats, Record, Records, Singles, records
+from vrg_learn.batch.observing import length
+from vrg_learn.batch.records import Record, Records, Singles, records
 from vrg_learn.batch.roboflag_players import STRATEGIES, decide, forget, plan
 from vrg_learn.games.roboflag import CAPTURES, LEARNING
 
-NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNING.flags)
 DEPTH = 0.6
 """How deep a tagged player is driven into its home zone, as a share of its radius."""
 
@@ -71,8 +71,9 @@ def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
         calls=calls(matches, count, 2 * count + 4),
         rules=RULES,
         teams=(RED, BLUES, DRAW),
-        length=length(NUMBERS, PLACES, count, FLAGS),
-        functions=Functions(judge, next_round, reset, drive, able, observe, forget, plan, decide),
+        length=length(LEARNING, count),
+        places=len(LEARNING.places),
+        functions=Functions(judge, next_round, reset, drive, able, numbers, place_of, flags, forget, plan, decide),
         strategies=STRATEGIES,
     )
 
@@ -158,42 +159,34 @@ def drive(s: Record, t: Record, m: Record, r: Record, n: int, v: float, w: float
     command(m, r, n, v, w, r.v_max[n])
 
 
-def observe(s: Record, t: Record, model: Record, seen: Floats, velocities: Floats, own: Floats, out: Singles) -> None:
-    """Write what each player of a match sees.
+def numbers(s: Record, t: Record, me: int, x: float, y: float, out: Singles, at: int) -> int:
+    """Write from number `at` on the game's numbers for a player that is at (x, y), m, and return the next number."""
+    team = s.sides[me]
+    for state in range(3):
+        out[at + state] = t.states[me] == state
+    out[at + 3], out[at + 4] = t.carriers[team] != NO_ONE, t.carriers[1 - team] != NO_ONE
+    out[at + 5] = max(0.0, 1.0 - t.clock / time_limit(s, t.number))
+    out[at + 6] = min(1.0, max(-1.0, (t.points[team] - t.points[1 - team]) / CAPTURES))
+    out[at + 7] = (x - s.midline) * s.ahead[team] <= 0.0
+    out[at + 8] = in_zone(s, 0, x, y) or in_zone(s, 1, x, y)
+    return at + 9
 
-    Args:
-        seen: shape (players, 3): the poses that the referee has published. velocities: shape (players, 2), m/s.
-        own: shape (players, 5): the pose and the twist that each measures of itself. out: shape (players, length).
-    """
-    count = len(s.sides)
-    dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
-    scale = 1.0 / math.sqrt(dx * dx + dy * dy)
-    limit = time_limit(s, t.number)
-    flags, turns, gaps = np.empty((count, FLAGS)), np.empty((count, 2)), np.empty(count)
-    for n in range(count):
-        turns[n, 0], turns[n, 1] = cos_sin(seen[n, 2])
-        for state in range(3):
-            flags[n, 1 + state] = t.states[n] == state
-    for me in range(count):
-        row, team = out[me], s.sides[me]
-        x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
-        cos, sin = cos_sin(theta)
-        at = write_own(row, x, y, cos, sin, v / model.v_max[me], w / model.w_max[me], s.bounds, scale)
-        for state in range(3):
-            row[at + state] = t.states[me] == state
-        row[at + 3], row[at + 4] = t.carriers[team] != NO_ONE, t.carriers[1 - team] != NO_ONE
-        row[at + 5] = max(0.0, 1.0 - t.clock / limit)
-        row[at + 6] = min(1.0, max(-1.0, (t.points[team] - t.points[1 - team]) / CAPTURES))
-        row[at + 7] = (x - s.midline) * s.ahead[team] <= 0.0
-        row[at + 8] = in_zone(s, 0, x, y) or in_zone(s, 1, x, y)
-        at += NUMBERS
-        at = write_place(row, at, s.flag_places[1 - team, 0] - x, s.flag_places[1 - team, 1] - y, cos, sin, scale)
-        at = write_place(row, at, s.flag_places[team, 0] - x, s.flag_places[team, 1] - y, cos, sin, scale)
-        at = write_place(row, at, s.homes[team, 0] - x, s.homes[team, 1] - y, cos, sin, scale)
-        at = write_place(row, at, s.midline - x, 0.0, cos, sin, scale)
-        for n in range(count):
-            flags[n, 0] = s.sides[n] == team
-        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, gaps)
+
+def place_of(s: Record, t: Record, me: int, number: int, x: float, y: float) -> Vector:
+    """The place in m of this number for a player that is at (x, y)."""
+    if number == 3:
+        return s.midline, y
+    team = 1 - s.sides[me] if number == 0 else s.sides[me]
+    place = s.homes[team] if number == 2 else s.flag_places[team]
+    return place[0], place[1]
+
+
+def flags(s: Record, t: Record, me: int, n: int, k: Record, out: Singles, at: int) -> int:
+    """Write from number `at` on the flags of player `n` as another one sees it, and return the next number."""
+    out[at] = s.sides[n] == s.sides[me]
+    for state in range(3):
+        out[at + 1 + state] = t.states[n] == state
+    return at + 4
 
 
 def in_zone(s: Record, team: int, x: float, y: float) -> bool:

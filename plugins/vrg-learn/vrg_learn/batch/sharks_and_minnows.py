@@ -14,20 +14,18 @@ from vrg.games.sharks_and_minnows.judging import BOTH, MINNOW, NEW_SHARK, NO_ROL
 from vrg.games.sharks_and_minnows.judging import judge as judge_look
 from vrg.games.sharks_and_minnows.lineup import LargestBody, rows_of
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
-from vrg.portable.scalars import cos_sin
+from vrg.types import Vector
 from vrg_learn.batch.assigning import line_up
 from vrg_learn.batch.chance import between
 from vrg_learn.batch.game import BatchedGame, Functions, calls, worths
 from vrg_learn.batch.motion import command, lock, put
-from vrg_learn.batch.observing import length, write_others, write_own, write_place
-from vrg_learn.batch.records import Floats, Record, Records, Singles, records
-from vrg_learn.batch.sharks_and_minnows_players import STRATEGIES, decide, forget, plan
+from vrg_learn.batch.observing import length
+from vrg_learn.batch.records import Record, Records, Singles, records
+from vrg_learn.batch.sharks_and_minnows_players import STRATEGIES, decide, forget, is_safe, plan
 from vrg_learn.games.sharks_and_minnows import LEARNING
 
 LOW, HIGH = 0, 1
 """The ends of the field."""
-NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNING.flags)
-"""The counts of what the game adds to an observation."""
 
 
 def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGame:
@@ -75,8 +73,9 @@ def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGa
         calls=calls(matches, count, 2 * count + 1),
         rules=RULES,
         teams=(MINNOWS, SHARKS),
-        length=length(NUMBERS, PLACES, count, FLAGS),
-        functions=Functions(judge, next_round, reset, drive, able, observe, forget, plan, decide),
+        length=length(LEARNING, count),
+        places=len(LEARNING.places),
+        functions=Functions(judge, next_round, reset, drive, able, numbers, place_of, flags, forget, plan, decide),
         strategies=STRATEGIES,
     )
 
@@ -155,51 +154,33 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     t.before[:] = m.poses
 
 
-def observe(
-    s: Record,
-    t: Record,
-    model: Record,
-    seen: Floats,
-    velocities: Floats,
-    own: Floats,
-    out: Singles,
-) -> None:
-    """Write what each player of a match sees.
-
-    Args:
-        seen: shape (players, 3): the poses that the referee has published. velocities: shape (players, 2), m/s.
-        own: shape (players, 5): the pose and the twist that each measures of itself. out: shape (players, length).
-    """
-    count = len(s.sides)
-    dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
-    scale = 1.0 / math.sqrt(dx * dx + dy * dy)
-    zone = s.zones[t.goal]
-    flags, turns, gaps = np.empty((count, FLAGS)), np.empty((count, 2)), np.empty(count)
-    minnows, sharks = 0, 0
+def numbers(s: Record, t: Record, me: int, x: float, y: float, out: Singles, at: int) -> int:
+    """Write from number `at` on the game's numbers for a player that is at (x, y), m, and return the next number."""
+    count, minnows, sharks = len(s.sides), 0, 0
     for n in range(count):
-        flags[n, 2] = t.active[n]
-        flags[n, 3] = zone[0] <= seen[n, 0] <= zone[2] and zone[1] <= seen[n, 1] <= zone[3]
         minnows += t.active[n] and t.roles[n] == MINNOW
         sharks += t.active[n] and t.roles[n] == SHARK
-        turns[n, 0], turns[n, 1] = cos_sin(seen[n, 2])
-    for me in range(count):
-        row = out[me]
-        x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
-        cos, sin = cos_sin(theta)
-        at = write_own(row, x, y, cos, sin, v / model.v_max[me], w / model.w_max[me], s.bounds, scale)
-        row[at] = t.roles[me] == SHARK
-        row[at + 1] = t.active[me]
-        row[at + 2] = zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3]
-        row[at + 3] = 1.0 if s.pass_limit <= 0.0 else max(0.0, 1.0 - t.clock / s.pass_limit)
-        row[at + 4] = min(1.0, t.number / s.rounds)
-        row[at + 5], row[at + 6], row[at + 7] = minnows / count, sharks / count, s.sides[me] == SHARK
-        at += NUMBERS
-        near_x, near_y = min(max(x, zone[0]), zone[2]), min(max(y, zone[1]), zone[3])
-        at = write_place(row, at, near_x - x, near_y - y, cos, sin, scale)
-        at = write_place(row, at, (zone[0] + zone[2]) / 2 - x, (zone[1] + zone[3]) / 2 - y, cos, sin, scale)
-        for n in range(count):
-            flags[n, 0], flags[n, 1] = t.roles[n] == t.roles[me], s.sides[n] == s.sides[me]
-        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, gaps)
+    out[at], out[at + 1] = t.roles[me] == SHARK, t.active[me]
+    out[at + 2] = is_safe(s, t, x, y)
+    out[at + 3] = 1.0 if s.pass_limit <= 0.0 else max(0.0, 1.0 - t.clock / s.pass_limit)
+    out[at + 4] = min(1.0, t.number / s.rounds)
+    out[at + 5], out[at + 6], out[at + 7] = minnows / count, sharks / count, s.sides[me] == SHARK
+    return at + 8
+
+
+def place_of(s: Record, t: Record, me: int, number: int, x: float, y: float) -> Vector:
+    """The place in m of this number for a player that is at (x, y)."""
+    zone = s.zones[t.goal]
+    if number == 0:
+        return min(max(x, zone[0]), zone[2]), min(max(y, zone[1]), zone[3])
+    return (zone[0] + zone[2]) / 2, (zone[1] + zone[3]) / 2
+
+
+def flags(s: Record, t: Record, me: int, n: int, k: Record, out: Singles, at: int) -> int:
+    """Write from number `at` on the flags of player `n` as another one sees it, and return the next number."""
+    out[at], out[at + 1] = t.roles[n] == t.roles[me], s.sides[n] == s.sides[me]
+    out[at + 2], out[at + 3] = t.active[n], is_safe(s, t, k.poses[n, 0], k.poses[n, 1])
+    return at + 4
 
 
 def able(t: Record, n: int) -> bool:

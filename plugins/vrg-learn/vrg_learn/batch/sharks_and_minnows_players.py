@@ -103,9 +103,13 @@ def chase(s: Record, t: Record, r: Record, k: Record, p: Record) -> None:
 
 def is_prey(s: Record, t: Record, k: Record, n: int) -> bool:
     """True for an active minnow outside the safe zone."""
+    return bool(t.active[n] and t.roles[n] == MINNOW and not is_safe(s, t, k.poses[n, 0], k.poses[n, 1]))
+
+
+def is_safe(s: Record, t: Record, x: float, y: float) -> bool:
+    """True if a place, m, is in the zone that minnows cross to."""
     zone = s.zones[t.goal]
-    inside = zone[0] <= k.poses[n, 0] <= zone[2] and zone[1] <= k.poses[n, 1] <= zone[3]
-    return bool(t.active[n] and t.roles[n] == MINNOW and not inside)
+    return bool(zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3])
 
 
 def cost(s: Record, t: Record, r: Record, k: Record, shark: int, minnow: int) -> float:
@@ -132,7 +136,7 @@ def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: f
         return hunt(s, t, r, k, p, n, box)
     zone, start = s.zones[t.goal], s.zones[1 - t.goal]
     way = (p.place[n, 0] - x, p.place[n, 1] - y)
-    if zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3]:
+    if is_safe(s, t, x, y):
         far = hypot(way[0], way[1])
         if far < MARK_REACH:
             return 0.0, 0.0

@@ -14,6 +14,7 @@ from vrg.types import quantised
 from vrg_learn.batch.chance import between, normal, uniform
 from vrg_learn.batch.game import reward
 from vrg_learn.batch.motion import advance
+from vrg_learn.batch.observing import observe
 from vrg_learn.batch.records import Flags, Numbers, Record, Records, Singles, records
 from vrg_learn.compiled import hole
 
@@ -67,13 +68,14 @@ class Matches(NamedTuple):
     """The records of all matches.
 
     Args:
-        setting: what is the same in all, one record. standing, calls: those of the game.
+        setting: what is the same in all: an array of one record, as numba takes long to be handed a record alone.
+        standing, calls: those of the game.
         motions, robots: see vrg_learn.batch.motion. model: the robots of the match file.
         minds: what players know and have decided. plans: those of teams that play by a strategy.
         chance: the streams of random numbers.
     """
 
-    setting: Record
+    setting: Records
     standing: Records
     calls: Records
     motions: Records
@@ -82,25 +84,30 @@ class Matches(NamedTuple):
     minds: Records
     plans: Records
     chance: Records
+    sights: Records
 
 
 def minds(matches: int, players: int, delay: int) -> Records:
     """What the players of this many matches know and have decided.
 
     Fields: `poses`: as published; `velocities`: their estimates, m/s; `own`: each player's own measured pose and twist;
-    `steps`: the decisions in this match so far; `late`: by how many decisions commands are late; `loss`: their lost
-    share; `wanted`, shape (players, decisions, 2): the last commands, in m/s and rad/s, at least as many as needed.
+    `order`: the others, as they were last seen from the nearest on; `steps`: the decisions in this match so far;
+    `late`: by how many decisions commands are late; `loss`: their lost share; `wanted`, shape (players, decisions, 2):
+    the last commands, in m/s and rad/s, at least as many as needed.
     """
-    return records(
+    found = records(
         matches,
         poses=(float, players, 3),
         velocities=(float, players, 2),
         own=(float, players, 5),
+        order=(int, players, players - 1),
         wanted=(float, players, (delay // COMMANDS + 1) * COMMANDS, 2),
         loss=(float,),
         steps=(int,),
         late=(int,),
     )
+    found.order[:] = [[n for n in range(players) if n != me] for me in range(players)]
+    return found
 
 
 def plans(matches: int, players: int, teams: int = 2) -> Records:
@@ -133,7 +140,7 @@ def plans(matches: int, players: int, teams: int = 2) -> Records:
     return found
 
 
-judge = next_round = reset = drive = able = observe = forget = plan = decide = hole
+judge = next_round = reset = drive = able = forget = plan = decide = hole
 """The functions of a game, which are given the records of one match; `compiled` fills them in."""
 
 
@@ -145,6 +152,7 @@ def draw(m: Record, r: Record, model: Record, k: Record, chance: Record, vary: V
         turning = between(chance, 1.0 - vary.turning, 1.0 + vary.turning)
         for axis in range(r.motions.shape[1]):
             r.motions[n, axis, 1] = model.motions[n, axis, 1] * turning
+            r.rates[n, axis, 1] = model.rates[n, axis, 1] / turning
     k.late = int(between(chance, 0.0, vary.delay + 1.0))
     k.loss = between(chance, 0.0, vary.loss)
     k.wanted[:] = 0.0
@@ -220,9 +228,9 @@ def steer(
         drive(s, t, m, r, n, k.wanted[n, k.late, 0], k.wanted[n, k.late, 1])
 
 
-def show(s: Record, t: Record, model: Record, k: Record, o: Outputs, b: int) -> None:
+def show(s: Record, t: Record, model: Record, k: Record, e: Record, o: Outputs, b: int) -> None:
     """Write what each player of match `b` sees, and whether it is able to act."""
-    observe(s, t, model, k.poses, k.velocities, k.own, o.observations[b])
+    observe(s, t, model, k, e, o.observations[b])
     for n in range(len(k.poses)):
         o.able[b, n] = able(t, n)
 
@@ -230,11 +238,11 @@ def show(s: Record, t: Record, model: Record, k: Record, o: Outputs, b: int) -> 
 def begin_all(low: int, high: int, a: Matches, walls: Walls, vary: Variation, o: Outputs) -> None:
     """Begin the matches of these numbers again."""
     for b in range(low, high):
-        s, t, m, r, k, model = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b], a.model[b]
+        s, t, m, r, k, model = a.setting[0], a.standing[b], a.motions[b], a.robots[b], a.minds[b], a.model[b]
         begin(s, t, m, r, model, k, a.chance[b], vary)
         forget(a.plans[b])
         measure(m, k, a.chance[b], vary)
-        show(s, t, model, k, o, b)
+        show(s, t, model, k, a.sights[low], o, b)
 
 
 def step_all(
@@ -248,7 +256,7 @@ def step_all(
     """
     still = np.zeros(high, dtype=np.bool_)
     for b in range(low, high):
-        s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
+        s, t, m, r, k = a.setting[0], a.standing[b], a.motions[b], a.robots[b], a.minds[b]
         c, model, chance, p = a.calls[b], a.model[b], a.chance[b], a.plans[b]
         advise(s, t, r, model, k, p)
         o.rewards[b] = 0.0
@@ -265,7 +273,7 @@ def step_all(
         still[b] = over or o.terminated[b] or o.truncated[b]
         if o.terminated[b] or o.truncated[b]:
             measure(m, k, chance, vary)
-            observe(s, t, model, k.poses, k.velocities, k.own, o.last[b])
+            observe(s, t, model, k, a.sights[low], o.last[b])
             begin(s, t, m, r, model, k, chance, vary)
             forget(p)
         elif not over:
@@ -273,4 +281,4 @@ def step_all(
     advance(low, high, a.motions, a.robots, still, walls, PERIOD / TICKS, TICKS)
     for b in range(low, high):
         measure(a.motions[b], a.minds[b], a.chance[b], vary)
-        show(a.setting, a.standing[b], a.model[b], a.minds[b], o, b)
+        show(a.setting[0], a.standing[b], a.model[b], a.minds[b], a.sights[low], o, b)
