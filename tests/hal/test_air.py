@@ -173,10 +173,24 @@ def test_an_emergency_stop_cuts_and_it_falls_as_fast_as_gravity_lets_it(engine: 
     falling = flown(made, 1.0, a=STILL)
     time = DT * next(number for number, pose in enumerate(falling, 1) if pose.z == 0.0)
     assert time == pytest.approx(math.sqrt(2.0 * CRUISE / GRAVITY), abs=2 * DT)
+    assert {(pose.x, pose.y, pose.theta) for pose in falling} == {(0.0, 0.0, 0.0)}
     made.engage(False)
     assert flown(made, 2.0, a=STILL)[-1].z == 0.0, "it is armed only after it was disarmed"
     made.drive("a", STILL, armed=False)
     assert flown(made, 3.0, a=STILL)[-1].z == pytest.approx(CRUISE, abs=0.02)
+    made.close()
+
+
+def test_one_that_is_cut_falls_on_as_it_flew(engine: str) -> None:
+    made = world(engine, ("a", "Crazyflie", 0.0, 0.0, 0.0))
+    flown(made, 3.0, a=STILL)
+    flown(made, 2.0, a=Twist(0.5, 0.0))
+    start = made.pose("a")
+    made.engage(True)
+    fell = flown(made, 1.0)
+    time = DT * (1 + next(number for number, pose in enumerate(fell) if pose.z == 0.0))
+    assert fell[-1].x - start.x == pytest.approx(0.5 * time, abs=0.02)
+    assert (fell[-1].y, fell[-1].theta) == (0.0, 0.0)
     made.close()
 
 

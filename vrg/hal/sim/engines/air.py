@@ -63,7 +63,6 @@ class Flight:
         if self.wanted is not None and not self.on:
             self.on, self.aim = True, min(ground + own.cruise, own.ceiling)
         if not self.on:
-            self.vx = self.vy = self.w = 0.0 if self.z <= ground + _NEAR else self.vx
             self.climb -= GRAVITY * dt
         else:
             twist = self.wanted or STILL
