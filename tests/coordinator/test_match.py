@@ -380,3 +380,36 @@ def test_the_world_is_not_asked_to_put_a_real_ball_anywhere(monkeypatch: pytest.
         match = match_with_ball(tracked=tracked)
         match.step(0.1, with_ball(2.0), [])
         assert match.step(0.1, with_ball(2.0), []).place.keys() == asked
+
+
+def test_a_body_is_judged_where_it_was_put_also_before_the_world_has_put_it_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The world of another process does that a look later, and a rule about where a ball is would be called twice."""
+
+    def out(_self: Book, state: GameState, before: Observation, now: Observation, _clock: float) -> Verdict[GameState]:
+        seen.append((before.things["ball"].pose.x, now.things["ball"].pose.x, now.things["ball"].vx))
+        if now.things["ball"].pose.x < 10.0:
+            return Verdict(state)
+        return Verdict(state, [Call(rule="out", text="out")], place={"ball": Pose(2.0, 0.0, 0.0)})
+
+    seen: list[tuple[float, float, float]] = []
+    monkeypatch.setattr(Book, "judge", out)
+    match = match_with_ball(tracked=False)
+    match.step(0.1, with_ball(2.0), [])
+    rolls = with_ball(11.0)
+    rolls = replace(rolls, things={"ball": structs.replace(rolls.things["ball"], vx=1.0)})
+    called = []
+    for look, now in enumerate((with_ball(9.0), rolls, rolls, with_ball(2.1), with_ball(2.2), rolls)):
+        called += rules(match.step(0.1, replace(now, time=0.1 * look), []))
+    assert called == ["out", "out"], "once when it went out, and once when it went out again"
+    assert seen == [
+        (2.0, 9.0, 0.0),
+        (9.0, 11.0, 1.0),
+        (11.0, 2.0, 0.0),
+        (2.0, 2.1, 0.0),
+        (2.1, 2.2, 0.0),
+        (2.2, 11.0, 1.0),
+    ]
+    stuck = [rules(match.step(0.1, replace(rolls, time=2.0 + 0.1 * look), [])) for look in range(40)]
+    assert 1 <= sum(map(len, stuck)) <= 4, "it is not waited for for ever"

@@ -74,8 +74,7 @@ def usable(use: Mapping[str, float], robot: RobotModel | None = None) -> dict[st
         robot: whose actuators they are; None where only its player knows it.
 
     Raises:
-        ValueError: it has no such actuator, or a value is not finite. OverflowError: it is too large for a float.
-        TypeError: it is no number, or no table.
+        ValueError: it has no such actuator, or a value is no finite number. TypeError: it is no table.
     """
     if not isinstance(use, Mapping):
         raise TypeError(f'expected a table such as {{"kicker": 4.0}}, got {use!r}')
@@ -85,9 +84,12 @@ def usable(use: Mapping[str, float], robot: RobotModel | None = None) -> dict[st
         if robot is not None and actuator is None:
             known = ", ".join(actuator.name for actuator in robot.actuators) or "none"
             raise ValueError(f"expected an actuator of {robot.name} ({known}), got {name!r}")
-        wanted = float(value)
+        try:
+            wanted = float(value)
+        except (TypeError, ValueError, OverflowError):
+            wanted = math.nan
         if not math.isfinite(wanted):
-            raise ValueError(f"expected a finite value for {name}, got {value}")
+            raise ValueError(f"expected a finite number for {name}, got {value!r}")
         found[str(name)] = quantised(wanted if actuator is None else min(max(wanted, 0.0), actuator.most))
     return found
 

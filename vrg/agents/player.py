@@ -170,7 +170,7 @@ class Player(Node):
         if action.use is not UNUSED and sensible and not self._manual and view.me.lease is None:
             try:
                 use = usable(action.use, self._device.features)
-            except (TypeError, ValueError, AttributeError, OverflowError) as error:
+            except (TypeError, ValueError, AttributeError) as error:
                 if self._warn_once(str(error)):
                     log.warning("%s", self._strategy.complaint(f"use left out: {error}"))
         try:

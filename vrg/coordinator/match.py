@@ -89,6 +89,8 @@ class Match:
         self.winner: str | None = None
         self._ended: str | None = None
         self._pushed: dict[str, tuple[Pose, float]] = {}
+        self._placed: dict[str, tuple[Pose, Pose, float]] = {}
+        """The bodies that the world is asked to put somewhere: where they were, where to, and when it was asked, s."""
         self.judged: tuple[Observation, Observation] | None = None
         self.game = book.initial()
         self._before: Observation | None = None
@@ -336,7 +338,7 @@ class Match:
         self.in_stage = 0.0
         self.waiting = []
         self._before = None
-        self._pushed = {}
+        self._pushed, self._placed = {}, {}
         self._place_at = self._book.lineup_limit
         self._asked_at = None
         return stage
@@ -400,6 +402,7 @@ class Match:
         game, refused = auctioned(self.game, now.offers, self.clock)
         if refused:
             log.info("%s%s", refused[0], f" (and {len(refused) - 1} more)" if len(refused) > 1 else "")
+        now = self._as_placed(now)
         verdict = self._judge(game, self._before or now, now)
         self._before = now
         self.game = verdict.state
@@ -407,7 +410,25 @@ class Match:
         bodies = self._book.bodies
         by_people = {n for n in verdict.place if n in now.physical or (n in bodies and bodies[n].tracked)}
         place = {name: pose for name, pose in verdict.place.items() if name not in by_people}
+        asked = {name: (now.things[name].pose, pose, now.time) for name, pose in place.items() if name in now.things}
+        self._placed |= asked
         return Effects(verdict.calls, stages, place=place)
+
+    def _as_placed(self, now: Observation) -> Observation:
+        """What is seen, but bodies that the world was asked to put somewhere rest there already.
+
+        The world of another process does that after the next look, at which the same would be called again. A body is
+        there as soon as it is seen nearer to its new place than to where it was.
+        """
+        for name, (was, pose, asked) in list(self._placed.items()):
+            seen = now.things.get(name)
+            if seen is None or now.time - asked > SPOT_PATIENCE or away(seen.pose, pose) < away(seen.pose, was):
+                del self._placed[name]
+        put = {
+            name: structs.replace(now.things[name], pose=pose, vx=0.0, vy=0.0, w=0.0)
+            for name, (_, pose, _) in self._placed.items()
+        }
+        return replace(now, things={**now.things, **put}) if put else now
 
     def _judge(self, game: Any, before: Observation, now: Observation) -> Verdict[Any]:
         """The verdict, with pushed players at the place where the push began.

@@ -105,6 +105,7 @@ class Contestant:
         size: the (length, width) of its body, m.
         v_max: the top speed of its robot model, m/s. sweeps: what its range finders sweep in this match.
         overview: its camera that looks down; None if it has none.
+        team: that of its role at the start, by the game's description; empty where the role is the team.
     """
 
     name: str
@@ -114,6 +115,7 @@ class Contestant:
     v_max: float
     sweeps: tuple[Sweep, ...] = ()
     overview: OverviewSpec | None = None
+    team: str = ""
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,7 @@ ACTIVE = "active"
 class RuleBook(Generic[S]):
     """The rules of one game. The result of every method depends on its arguments and on the set-up alone.
 
-    A game overrides what its rules say otherwise: at least `initial`, `judge` and `team_of`. Its class is constructed
+    A game overrides what its rules say otherwise: at least `initial` and `judge`. Its class is constructed
     from the settings, which are the [rules] table of the match file, the contestants, and the seed of the match.
 
     Args:
@@ -267,8 +269,8 @@ class RuleBook(Generic[S]):
         return None
 
     def team_of(self, name: str) -> str:
-        """The team of a player: by default its role at the start of the match."""
-        return self.contestants[name].role
+        """The team of a player: by default that of its role at the start of the match."""
+        return self.contestants[name].team or self.contestants[name].role
 
     def role_of(self, state: S, name: str) -> str:
         """The role of a player: by default that at the start of the match."""

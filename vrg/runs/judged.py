@@ -78,8 +78,8 @@ def judge_folder(folder: RunFolder, setup: MatchSetup) -> Judged:
     found = sorted([*_foreign(setup, header), *wrong, *seen], key=lambda d: d.time)
     notes += unread
     if judgement.reworded:
-        calls = "1 call is" if judgement.reworded == 1 else f"{judgement.reworded} calls are"
-        notes.append(f"{calls} worded otherwise than this release of VRG would word them.")
+        calls = "1 call has" if judgement.reworded == 1 else f"{judgement.reworded} calls have"
+        notes.append(f"{calls} another text than this release of VRG writes; texts are not compared.")
     notes += [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
     return Judged(found, notes, _sentence(judgement, len(found), compared))
 

@@ -25,6 +25,8 @@ NEAR = 0.35
 """The distance from that place within which a robot begins to push, m."""
 CLEAR = 0.55
 """How far the middle of a robot passes by a piece, m."""
+KEEP_OFF = 0.9
+"""How near to the other depot pieces are left where they are, m: who gets behind them is in that depot."""
 INSIDE = 0.45
 """How far inside of the depot's border pieces are left, m."""
 
@@ -48,7 +50,10 @@ class Harvester(Strategy):
             return self._mover.go(view, (view.me.mark.x, view.me.mark.y), field) if field is not None else STILL
         if field is None or own is None:
             return STILL
-        piece = self._chosen(view, own, [region for team, region in depots.items() if team != view.me.team])
+        others = [region for team, region in depots.items() if team != view.me.team]
+        if any(region.contains(*view.position) for region in others):  # it gives points away there
+            return self._mover.go(view, field.middle, field)
+        piece = self._chosen(view, own, others)
         if piece is None:
             return Action(self._mover.stay(view, own.middle), use={a.name: 0.0 for a in self.robot.actuators})
         gripper = next((actuator for actuator in self.robot.actuators if isinstance(actuator, Gripper)), None)
@@ -67,7 +72,7 @@ class Harvester(Strategy):
                 for t in view.things
                 if t.name not in taken and mate.pose is not None and own.distance(t.x, t.y) >= 0.0
                 and not own.shrunk(INSIDE - 0.15).contains(t.x, t.y)
-                and not any(region.contains(t.x, t.y) for region in others)
+                and not any(region.distance(t.x, t.y) < KEEP_OFF for region in others)
             ]  # fmt: skip
             if not pieces:
                 return None

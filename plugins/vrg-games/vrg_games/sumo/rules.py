@@ -146,7 +146,7 @@ class Sumo(RuleBook[State]):
 
     def _stood(self, state: State, still: Mapping[str, Pose], time: float) -> Verdict[State]:
         """The end of a bout after one has stood still, or both have for the same time."""
-        text = f"{' and '.join(still)} stood still for {time:.1f} s"
+        text = f"{' and '.join(still)} stood still for {time:.1f} s{' or almost' if len(still) > 1 else ''}"
         if len(still) == 1:
             return self._lost(state, list(still), called("standstill", text, still))
         ways = {name: math.dist((pose.x, pose.y), self.settings.centre) for name, pose in still.items()}
