@@ -291,12 +291,12 @@ BUDGETS = {
     "hal/sim": 3_835,  # with passive bodies, real ones among them, what grips and pulls them, and robots in the air
     "localisation": 590,  # with things that have no odometry
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
-    "coordinator": 2_146,  # with passive bodies that are placed and published, and looks as rows of numbers
+    "coordinator": 2_163,  # with passive bodies that are placed and published, and looks as rows of numbers
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
     "hal": 1_735,  # actuators; the permission of robots, which the world uses too; what flies and looks down
     "shared values": 1_884,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_185,  # what tests of plug-ins share with those of the core, which was in tests/
-    "agents": 1_513,  # with sketches that are rounded, beams that are computed once, and installed packages
+    "agents": 1_516,  # with sketches that are rounded, beams that are computed once, and installed packages
     "recording": 1_160,  # with what a file of MCAP cannot hold, and the ways of bodies
     "playing": 2_180,  # with matches over processes, and readings that a strategy elsewhere asks for
     "config": 986,  # the tables of bodies; what processes get is a thing of its own

@@ -32,11 +32,8 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
             size=p.robot.size,
             v_max=p.robot.v_max,
             sweeps=_sweeps(setup, p),
-<<<<<<< HEAD
             overview=p.robot.sensor(OverviewSpec),
-=======
             team=p.team,
->>>>>>> main
         )
         for p in setup.players
     ]
