@@ -299,7 +299,7 @@ BUDGETS = {
     "agents": 1_516,  # with sketches that are rounded, beams that are computed once, and installed packages
     "recording": 1_160,  # with what a file of MCAP cannot hold, and the ways of bodies
     "playing": 2_180,  # with matches over processes, and readings that a strategy elsewhere asks for
-    "config": 986,  # the tables of bodies; what processes get is a thing of its own
+    "config": 988,  # the tables of bodies; what processes get is a thing of its own
     "launch/sandbox": 677,  # with where plug-ins lie, of which nobody hides one, and signals
     "navigation": 455,
     "seats": 500,
