@@ -166,6 +166,29 @@ def test_who_is_held_hovers_then_lands_and_takes_off_again_once_it_may(engine: s
     made.close()
 
 
+def test_a_halt_in_the_middle_of_a_take_off_holds_it_where_it_is_and_it_goes_on_afterwards(engine: str) -> None:
+    made = world(engine, ("a", "Crazyflie", 0.0, 0.0, 0.0))
+    rising = heights(made, 1.0, held=False)[-1]
+    held = heights(made, HOVER - 0.5, held=True)
+    assert 0.1 < rising < CRUISE - 0.2
+    assert max(held) < rising + 0.15
+    assert heights(made, 3.0, held=False)[-1] == pytest.approx(CRUISE, abs=0.02)
+    made.close()
+
+
+def test_what_is_placed_is_on_the_ground_or_in_the_air_by_what_it_is_and_flies_on_by_its_command(engine: str) -> None:
+    made = world(engine, ("a", "Crazyflie", 0.0, 0.0, 0.0), ("b", "P2AT", 3.0, 0.0, 0.0))
+    made.place("b", Pose(3.0, 1.0, 0.0, 50.0))
+    assert made.pose("b").z == 0.0
+    flown(made, 3.0, a=STILL)
+    for z, put in ((-5.0, 0.0), (1.5, 1.5), (90.0, OWN.ceiling if OWN else 0.0)):
+        made.place("a", Pose(1.0, 1.0, 0.0, z))
+        assert made.pose("a") == Pose(1.0, 1.0, 0.0, put)
+    made.place("a", Pose(1.0, 1.0, 0.0))
+    assert flown(made, 3.0, a=STILL)[-1].z == pytest.approx(CRUISE, abs=0.02)
+    made.close()
+
+
 def test_an_emergency_stop_cuts_and_it_falls_as_fast_as_gravity_lets_it(engine: str) -> None:
     made = world(engine, ("a", "Crazyflie", 0.0, 0.0, 0.0))
     flown(made, 4.0, a=STILL)

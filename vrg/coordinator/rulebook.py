@@ -100,7 +100,7 @@ class Contestant:
     """A player as the rule book knows it before the match.
 
     Args:
-        role: its role at the start of the match, in the game's own word.
+        name: of the player. role: its role at the start of the match, in the game's own word.
         start: its pose in the match file.
         size: the (length, width) of its body, m.
         v_max: the top speed of its robot model, m/s. sweeps: what its range finders sweep in this match.

@@ -89,7 +89,7 @@ class CrazyflieDriver(Driver):
             if self._task is None:
                 raise RobotError("expected a connected robot to arm: call connect() first", self.name)
             if self._work is None:
-                self._flight.arm()
+                self._flight.arm(self._clock.now())
 
     def drive(self, twist: Twist) -> None:
         """Fly at a velocity in the frame of the body, at its height.
@@ -213,8 +213,14 @@ class CrazyflieDriver(Driver):
             motion = motion_of(values, now)
             self._flight.hear(motion)
             if motion.is_finite:
-                self._way.move(motion)
+                self._way.move(motion, aloft=self._flies)
                 self._last = motion
+
+    @property
+    def _flies(self) -> bool:
+        """True if it is in the air as far as is known, also where VRG has just connected to it."""
+        status = self._flight.status
+        return self._flight.aloft or (status is not None and status.flies)
 
     def _lost(self, why: str) -> None:
         """The link is lost, a thread of cflib's says."""
@@ -234,7 +240,11 @@ class CrazyflieDriver(Driver):
             with self._lock:
                 if self._why_lost:
                     self._flight.lose(f"the link was lost ({self._why_lost}): its firmware cuts its motors: recover it")
-                self._send()
+                try:
+                    self._send()
+                except Exception as error:  # without set-points its firmware cuts its motors
+                    log.exception("%s: nothing can be sent to it", self.name)
+                    self._flight.lose(f"nothing can be sent to it ({error}): its firmware cuts its motors: recover it")
                 self._beat = self._clock.now()
             self._clock.sleep(PERIOD)
 

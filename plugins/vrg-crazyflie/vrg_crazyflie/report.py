@@ -21,6 +21,8 @@ STATUS: Final = {
     "stabilizer.thrust": "float",
 }  # fmt: skip
 """The variables of the block of the status."""
+IDLE_THRUST: Final = 5_000.0
+"""The thrust, of 65535, up to which it stands on the ground: it hovers at some 36,000."""
 LOW_POWER: Final = (3, 4)
 """The values of pm.state of a battery that is low, and of one that is about to be switched off (pm.h)."""
 MOTION_PERIOD, STATUS_PERIOD = 20, 100
@@ -85,6 +87,11 @@ class Status:
     charge: float
     thrust: float
 
+    @property
+    def flies(self) -> bool:
+        """True if its motors hold it in the air; the firmware says so for some time after that, too."""
+        return Info.FLYING in self.info and self.thrust > IDLE_THRUST
+
 
 def status_of(values: Mapping[str, float], heard: float) -> Status:
     """The status in a log block."""
@@ -104,12 +111,15 @@ class Way:
         """The next report is the first one of an estimator that has begun anew, at the place of the last one."""
         self._origin = None
 
-    def move(self, motion: Motion) -> None:
-        """Take in a report. The heading grows beyond pi if the robot goes on turning."""
+    def move(self, motion: Motion, *, aloft: bool = False) -> None:
+        """Take in a report; `aloft` if it is not on the ground.
+
+        The heading grows beyond pi if the robot goes on turning.
+        """
         there = Pose(motion.x, motion.y, motion.yaw, motion.z)
         if self._origin is None:
-            on_the_ground = replace(self.pose, z=LEVEL)
-            self._origin = compose(on_the_ground, inverse(there))
+            here = replace(self.pose, z=motion.z if aloft else LEVEL)
+            self._origin = compose(here, inverse(there))
         now = compose(self._origin, there)
         turned = math.remainder(now.theta - self.pose.theta, math.tau)
         self.pose = Pose(now.x, now.y, self.pose.theta + turned, max(0.0, now.z) or LEVEL)

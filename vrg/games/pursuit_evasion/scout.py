@@ -46,7 +46,9 @@ class Scout(Strategy):
             return Action(STILL, say=words(view.pose, STILL, fresh, None), sightings=fresh)
         middle = area.middle
         self.mode = "Scout/Follow" if self._found else "Scout/Patrol"
-        if self._found:
+        if view.me.mark is not None:
+            self.mode, aim = "Scout/LineUp", (view.me.mark.x, view.me.mark.y)
+        elif self._found:
             aim = min(((s.x, s.y) for s in self._found), key=lambda place: math.dist(place, view.position))
         else:
             cos, sin = cos_sin(atan2(view.pose.y - middle[1], view.pose.x - middle[0]) + LEAD)

@@ -101,6 +101,13 @@ def problems_of(area: Region, contestants: Sequence[Contestant], capture_distanc
         for c in contestants
         if c.role == SCOUT and c.overview is None
     ]
+    problems += [
+        Problem(
+            f"a robot in the air can only be a {SCOUT}: it captures nobody, and nobody meets it", ("players", c.name)
+        )
+        for c in contestants
+        if c.role != SCOUT and c.overview is not None
+    ]
     for intruder in (c for c in contestants if c.role == INTRUDER):
         for pursuer in (c for c in contestants if c.role == PURSUER):
             between = math.dist((intruder.start.x, intruder.start.y), (pursuer.start.x, pursuer.start.y))

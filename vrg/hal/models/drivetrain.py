@@ -168,7 +168,8 @@ class Multirotor(Drivetrain):
 
     def limited(self, twist: Twist, v_max: float) -> Twist:
         """Return the motion, slowed down to `v_max` over the ground and to `climb`; see `Drivetrain.limited`."""
-        climb = min(max(twist.climb, -self.climb), self.climb)
+        most = self.climb if v_max > 0.0 else 0.0
+        climb = min(max(twist.climb, -most), most)
         flat = super().limited(Twist(twist.v, twist.w, twist.side), v_max)
         fastest = math.hypot(flat.v, flat.side)
         scale = max(0.0, v_max) / fastest if fastest > max(0.0, v_max) * LIMIT_ROUNDING else 1.0

@@ -23,6 +23,8 @@ EXTRAPOLATE = 0.2
 """The match time in s after a measurement for which a body goes on at the measured velocity; then it stands still."""
 GRAVITY = 9.81
 """The acceleration of gravity in m/s^2."""
+STANDS = 0.05
+"""The measured height in m up to which a robot stands on the ground: that of one that stands is never 0 exactly."""
 _FAR = 1e5
 """The largest coordinate that a message may hold, m."""
 _EMPTY = "battery empty: motors are off"
@@ -211,7 +213,7 @@ class Ghost:
         age = max(0.0, now - self._stamp)
         pose = along_arc(self._pose, self._twist, min(age, EXTRAPOLATE))
         x, y, z = (max(-_FAR, min(each, _FAR)) for each in (pose.x, pose.y, pose.z))
-        pose = Pose(x, y, pose.theta, max(0.0, z) or LEVEL)
+        pose = Pose(x, y, pose.theta, z if z > STANDS else LEVEL)
         return pose, self._twist if age <= EXTRAPOLATE else STILL
 
     def mark(self, twist: Twist, now: float) -> BodyMark:

@@ -229,7 +229,9 @@ class World:
             return
         row = self.robot(name).row
         self.bodies.open(row)
-        self._engine.place(name, pose)
+        drivetrain = self._engine.models[row].flies
+        height = 0.0 if drivetrain is None else min(max(pose.z, 0.0), drivetrain.ceiling)
+        self._engine.place(name, Pose(pose.x, pose.y, pose.theta, height or LEVEL))
         self._sensors.placed(name)
         self._batteries.place(row)
 
@@ -302,7 +304,7 @@ class World:
 
         def make() -> Poses:
             rows = zip(self._robots, places.tolist(), twists, marks, strict=True)
-            bodies = tuple(Body(r.name, Pose(*at), twist, *mark) for r, at, twist, mark in rows)
+            bodies = tuple(Body(r.name, _pose(*at), twist, *mark) for r, at, twist, mark in rows)
             return Poses(bodies=bodies, things=things)
 
         return make
@@ -359,3 +361,7 @@ class World:
             empty = charges[robot.row] <= 0.0
             if empty != robot.empty:  # what it says of itself changes now, and what it does at the next tick
                 robot.empty, self._settled_until, self._decided = empty, -math.inf, True
+
+
+def _pose(x: float, y: float, theta: float, z: float = LEVEL) -> Pose:
+    return Pose(x, y, theta, z or LEVEL)

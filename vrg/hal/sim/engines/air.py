@@ -28,6 +28,8 @@ LANDING = 0.3
 """The speed at which it lands, m/s."""
 _NEAR = 1e-6
 """The distance in m by which things are moved apart, and heights may differ, so that rounding makes no overlap."""
+_RISEN = 0.05
+"""The distance in m below the height to which it takes off from which on it has taken off."""
 _ROUNDS = 4
 """The number of times that a robot is moved out of what it meets at most: in a corner it takes two."""
 
@@ -49,6 +51,8 @@ class Flight:
         """For how long it is held, s."""
         self.z, self.aim = z, 0.0
         """Its height, and the one that it keeps, m."""
+        self.rising = False
+        """True while it takes off, until it is as high as it is to be."""
         self.vx = self.vy = self.climb = self.w = 0.0
         """Its velocity in the map's frame, m/s, and its turn rate, rad/s."""
 
@@ -59,9 +63,14 @@ class Flight:
             theta: its heading, rad. ground: the height of what is below it, m.
         """
         own = self.drivetrain
-        self.held = 0.0 if self.wanted is not None else self.held + dt
-        if self.wanted is not None and not self.on:
-            self.on, self.aim = True, min(ground + own.cruise, own.ceiling)
+        if self.wanted is None:
+            self.aim = self.aim if self.held else max(self.z, ground)  # also in the middle of its take-off
+            self.held += dt
+        else:
+            if not self.on or (self.held and self.rising):
+                self.on = self.rising = True
+                self.aim = min(ground + own.cruise, own.ceiling)
+            self.held = 0.0
         if not self.on:
             self.climb -= GRAVITY * dt
         else:
@@ -77,11 +86,13 @@ class Flight:
             if self.held > HOVER:
                 climb = -LANDING
             elif twist.climb:
+                self.rising = False
                 climb, self.aim = twist.climb, min(max(self.z, ground), own.ceiling)
             else:
                 climb = min(max((self.aim - self.z) / own.response / 2, -own.climb), own.climb)
             self.climb += (climb - self.climb) * share
         self.z += self.climb * dt
+        self.rising = self.rising and self.z < self.aim - _RISEN
         if self.z >= own.ceiling:
             self.z, self.climb = own.ceiling, min(self.climb, 0.0)
         if self.z <= ground:
@@ -229,7 +240,7 @@ class AirEngine(Engine):
 
     def _placed(self, row: int) -> None:
         if (flight := self._flights.get(row)) is not None:
-            flight.on, flight.held, flight.wanted = False, 0.0, None
+            flight.on, flight.held = False, 0.0
             flight.vx = flight.vy = flight.climb = flight.w = 0.0
             flight.z = self.heights[row]
 

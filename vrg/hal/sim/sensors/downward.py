@@ -9,7 +9,7 @@ from vrg.portable.scalars import cos_sin
 
 
 class AltimeterSimulation(SensorSimulation[AltimeterSpec]):
-    """Simulates range finders that look down: at the ground, or at a robot or a passive body below."""
+    """Simulates range finders that look down: at the ground, or at a robot below. They see no balls and boxes."""
 
     deferrable = True
 
@@ -42,7 +42,10 @@ class OverviewSimulation(SensorSimulation[OverviewSpec]):
     def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[OverviewSpec]], now: Instant) -> None:
         super().__init__(surroundings, mounted, now)
         names = [f"{m.robot} {m.spec.name}" for m in mounted]
-        self._noise = Noise(lambda: surroundings.seed, "overview", 2 * len(now.models), names)
+        # One for each robot that may be seen, so that none changes that of another one.
+        self._noises = [
+            Noise(lambda: surroundings.seed, f"overview of {row}", 2, names) for row in range(len(now.models))
+        ]
         self._index = {(m.robot, m.spec.name): index for index, m in enumerate(mounted)}
 
     def measure(self, mounted: Mounted[OverviewSpec], now: Instant) -> Overview:
@@ -51,7 +54,7 @@ class OverviewSimulation(SensorSimulation[OverviewSpec]):
         x, y, theta = now.poses[row].tolist()
         cos, sin = cos_sin(theta)
         height = _height(now, row)
-        drawn = self._noise.at(now.tick)[self._index[mounted.robot, spec.name]].tolist()
+        own = self._index[mounted.robot, spec.name]
         for other, (ox, oy, _) in enumerate(now.poses.tolist()):
             up = height - _height(now, other)
             if other == row or up <= now.models[other].height:
@@ -59,8 +62,10 @@ class OverviewSimulation(SensorSimulation[OverviewSpec]):
             dx, dy = ox - x, oy - y
             if math.hypot(dx, dy) <= spec.reach(up):
                 place = dx * cos + dy * sin, dy * cos - dx * sin
-                off = spec.deviation(up, place) if self.surroundings.noise else 0.0
-                found.append((place[0] + off * drawn[2 * other], place[1] + off * drawn[2 * other + 1]))
+                if self.surroundings.noise:
+                    ahead, left = (spec.deviation(up, place) * self._noises[other].at(now.tick)[own]).tolist()
+                    place = place[0] + ahead, place[1] + left
+                found.append(place)
         return Overview(places=tuple(found))
 
 
