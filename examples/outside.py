@@ -42,7 +42,7 @@ class Match:
                 self.time = stamp
             case "referee/state", 8:
                 self.referee = body
-            case "poses", 8:
+            case "poses", 9:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}
 
     def line(self, player: str) -> str:

@@ -134,7 +134,7 @@ WRONG = {
     ),
     "66: backends.sim: this backend has no settings": GOOD + "\n[backends.sim]\nx = 1\n",
     f"66: backends.steam: backend: expected one of {KNOWN}, got 'steam'": GOOD + "\n[backends.steam]\nx = 1\n",
-    "17: sensors.lasor: expected one of battery": with_tables("[sensors.lasor]\nnoise = 1.0\n"),
+    "17: sensors.lasor: expected one of altimeter": with_tables("[sensors.lasor]\nnoise = 1.0\n"),
     "18: sensors.laser.nose: expected one of beams": with_tables("[sensors.laser]\nnose = 1.0\n"),
     "18: sensors.laser.noise: expected a number of at least 0": with_tables("[sensors.laser]\nnoise = -1.0\n"),
     "17: sensors.sonar: expected range_min of at most range_max": with_tables("[sensors.sonar]\nrange_max = 0.01\n"),

@@ -3,7 +3,7 @@
 import math
 
 from vrg.portable.scalars import cos_sin, hypot, sin
-from vrg.types import Pose, Twist, Uncertainty, Vector
+from vrg.types import LEVEL, Pose, Twist, Uncertainty, Vector
 
 SIGMAS = 2.0
 """The number of standard deviations within which a value is taken to be: about 95 % of the time."""
@@ -23,13 +23,14 @@ def ahead(x: float, y: float, heading: float, distance: float) -> Vector:
 def compose(start: Pose, by: Pose) -> Pose:
     """Return the pose `by`, which is given in the frame of `start`, in the frame in which `start` is given."""
     cos, sin = cos_sin(start.theta)
-    return Pose(start.x + by.x * cos - by.y * sin, start.y + by.x * sin + by.y * cos, wrap(start.theta + by.theta))
+    x, y = start.x + by.x * cos - by.y * sin, start.y + by.x * sin + by.y * cos
+    return Pose(x, y, wrap(start.theta + by.theta), start.z + by.z or LEVEL)
 
 
 def inverse(pose: Pose) -> Pose:
     """Return the inverse of a pose: composed with `pose` it gives (0, 0, 0)."""
     cos, sin = cos_sin(pose.theta)
-    return Pose(-pose.x * cos - pose.y * sin, pose.x * sin - pose.y * cos, wrap(-pose.theta))
+    return Pose(-pose.x * cos - pose.y * sin, pose.x * sin - pose.y * cos, wrap(-pose.theta), -pose.z or LEVEL)
 
 
 def along_arc(pose: Pose, twist: Twist, seconds: float) -> Pose:
@@ -38,7 +39,7 @@ def along_arc(pose: Pose, twist: Twist, seconds: float) -> Pose:
     time = seconds * (sin(half) / half if half else 1.0)
     cos, sine = cos_sin(pose.theta + half)
     x, y = (twist.v * cos - twist.side * sine) * time, (twist.v * sine + twist.side * cos) * time
-    return Pose(pose.x + x, pose.y + y, pose.theta + 2 * half)
+    return Pose(pose.x + x, pose.y + y, pose.theta + 2 * half, pose.z + twist.climb * seconds or LEVEL)
 
 
 def arc_between(before: Pose, after: Pose) -> Twist:
@@ -51,7 +52,7 @@ def arc_between(before: Pose, after: Pose) -> Twist:
     scale = half / sin(half) if half else 1.0
     cos, sine = cos_sin(before.theta + half)
     x, y = (after.x - before.x) * scale, (after.y - before.y) * scale
-    return Twist(cos * x + sine * y, turn, cos * y - sine * x)
+    return Twist(cos * x + sine * y, turn, cos * y - sine * x, after.z - before.z or LEVEL)
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
@@ -60,6 +61,7 @@ def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
         a.x + (b.x - a.x) * fraction,
         a.y + (b.y - a.y) * fraction,
         a.theta + wrap(b.theta - a.theta) * fraction,
+        a.z + (b.z - a.z) * fraction or LEVEL,
     )
 
 

@@ -10,7 +10,7 @@ times in seconds; the description of a type is its unit, which the schemas of re
 import math
 import re
 from collections.abc import Sequence
-from typing import Annotated, Any, NoReturn, TypeVar
+from typing import Annotated, Any, Final, NoReturn, TypeVar
 
 from msgspec import Meta, Struct
 
@@ -65,16 +65,27 @@ def printable(text: str, *, lines: bool = False) -> str:
     return _CONTROL.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
 
 
-class Pose(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
+LEVEL: Final = 0.0
+"""The height in m of what is on the ground, and the climb in m/s of what stays as high. A message leaves out a number
+only if it is this very object: write `z or LEVEL`."""
+
+
+class Pose(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, repr_omit_defaults=True, gc=False):
     """The position of a body's centre and its heading in the map's frame.
 
     Args:
         x, y: the position, m. theta: the heading, rad, counter-clockwise from +x.
+        z: the height of its lowest point above the ground, m; 0 for what stands or drives on it.
     """
 
     x: Metres
     y: Metres
     theta: Radians
+    z: Metres = LEVEL
+
+    def __reduce__(self) -> tuple[type["Pose"], tuple[float, ...]]:
+        """Copy and pickle it so that a height of 0 is again LEVEL."""
+        return Pose, (self.x, self.y, self.theta, self.z) if self.z else (self.x, self.y, self.theta)
 
 
 class Uncertainty(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
@@ -103,26 +114,35 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     Args:
         v: the speed ahead, m/s. w: the turn rate, rad/s, counter-clockwise, which is to the left.
         side: the speed to the left, m/s, of a robot that can drive sideways.
+        climb: the speed upwards, m/s, of a robot that flies.
     """
 
     v: Speed
     w: AngularSpeed
     side: Speed = 0.0
+    climb: Speed = LEVEL
+
+    def __reduce__(self) -> tuple[type["Twist"], tuple[float, ...]]:
+        """Copy and pickle it so that a climb of 0 is again LEVEL."""
+        return Twist, (self.v, self.w, self.side, self.climb) if self.climb else (self.v, self.w, self.side)
 
     @property
     def speed(self) -> float:
-        """The speed of the body, m/s: below 0 where it drives straight back."""
+        """The speed of the body over the ground, m/s: below 0 where it drives straight back."""
         return math.hypot(self.v, self.side) if self.side else self.v
 
     @property
     def is_finite(self) -> bool:
         """True if all numbers are finite."""
-        return math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side)
+        return (
+            math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side) and math.isfinite(self.climb)
+        )
 
     @property
     def quantised(self) -> "Twist":
         """The twist with numbers that are rounded as by `quantised`."""
-        return Twist(quantised(self.v), quantised(self.w), quantised(self.side))
+        climb = quantised(self.climb) if self.climb else LEVEL
+        return Twist(quantised(self.v), quantised(self.w), quantised(self.side), climb)
 
 
 STILL = Twist(0.0, 0.0)

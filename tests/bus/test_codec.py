@@ -155,7 +155,7 @@ def test_junk_is_refused_or_valid_but_never_anything_else(junk: bytes) -> None:
 
 def test_any_reader_and_writer_of_messagepack_understands_the_wire() -> None:
     drive = m.Drive(twist=Twist(1.5, -2.0))
-    wire = [2, 4, "player/ann/1f", "k", 7, 3.25, {"twist": {"v": 1.5, "w": -2.0}, "armed": True, "use": {}}]
+    wire = [2, 5, "player/ann/1f", "k", 7, 3.25, {"twist": {"v": 1.5, "w": -2.0}, "armed": True, "use": {}}]
     assert msgpack.unpackb(encode(Received("k", 3.25, 7, drive, "player/ann"), "player/ann/1f")) == wire
     wire[-1] = {"twist": {"v": 1.5, "w": -2}, "armed": True}
     assert decode(msgpack.packb(wire), m.Drive, "k").body == drive
@@ -165,13 +165,13 @@ def test_any_reader_and_writer_of_messagepack_understands_the_wire() -> None:
 def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None:
     key, body = KEYS.drive("a").key, {"twist": {"v": value, "w": 0.0}, "armed": True}
     with pytest.raises(MessageError, match=rf"{key}: .*twist"):
-        decode(msgpack.packb([2, 4, "x", key, 0, 0.0, body]), m.Drive, key)
+        decode(msgpack.packb([2, 5, "x", key, 0, 0.0, body]), m.Drive, key)
 
 
 def test_what_a_stranger_calls_a_field_steers_no_terminal() -> None:
     key, body = KEYS.drive("a").key, {"twist": {"v": 0.0, "w": 0.0}, "armed": True, "\x1b[2J": 1}
     with pytest.raises(MessageError) as refused:
-        decode(msgpack.packb([2, 4, "x", key, 0, 0.0, body]), m.Drive, key)
+        decode(msgpack.packb([2, 5, "x", key, 0, 0.0, body]), m.Drive, key)
     assert "\x1b" not in str(refused.value)
 
 
@@ -182,13 +182,13 @@ STANDING = {"twist": {"v": 0.0, "w": 0.0}}
     ("wire", "told"),
     [
         ([1, 3, "x", "k", 0, 0.0, STANDING], "format 2, got 1: run the same release"),
-        ([2, 1, "x", "k", 0, 0.0, STANDING], "version 4 of Drive, got 1"),
-        ([2, 4, "x", "k", 0, math.nan, STANDING], "expected a message"),
-        ([2, 4, "x", "k", -1, 0.0, STANDING], "expected a message"),
-        ([2, 4, "x", "k", 2**32, 0.0, STANDING], "expected a message"),
-        ([2, 4, "x" * 401, "k", 0, 0.0, STANDING], "expected a message"),
-        ([2, 4, "x", "k", 0, 0.0, {"twist": {"v": 0.0}}], "w"),
-        ([2, 4, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
+        ([2, 1, "x", "k", 0, 0.0, STANDING], "version 5 of Drive, got 1"),
+        ([2, 5, "x", "k", 0, math.nan, STANDING], "expected a message"),
+        ([2, 5, "x", "k", -1, 0.0, STANDING], "expected a message"),
+        ([2, 5, "x", "k", 2**32, 0.0, STANDING], "expected a message"),
+        ([2, 5, "x" * 401, "k", 0, 0.0, STANDING], "expected a message"),
+        ([2, 5, "x", "k", 0, 0.0, {"twist": {"v": 0.0}}], "w"),
+        ([2, 5, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
         ([2, 0, 0.0, STANDING], "of format 2"),
         ({"twist": 0.0}, "of format 2"),
     ],
@@ -199,7 +199,7 @@ def test_what_is_wrong_is_told(wire: object, told: str) -> None:
 
 
 def test_the_highest_number_of_a_message_is_the_highest_of_a_recording() -> None:
-    assert decode(msgpack.packb([2, 4, "x", "k", 2**32 - 1, 0.0, STANDING]), m.Drive, "k").sequence == 2**32 - 1
+    assert decode(msgpack.packb([2, 5, "x", "k", 2**32 - 1, 0.0, STANDING]), m.Drive, "k").sequence == 2**32 - 1
 
 
 @given(key=texts(max_size=20), other=texts(max_size=20), body=MESSAGES[m.Drive])

@@ -4,12 +4,15 @@ import math
 from dataclasses import dataclass
 from itertools import combinations
 
+from vrg.hal.models import MODELS, robot_model
 from vrg.hal.sim.engines.engine import Engine, bumpers
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.types import STILL, Pose, Twist
 
 DT = 0.02
 ENGINE_NAMES = ("planar", "pybullet", "mujoco")
+ON_WHEELS = [name for name in MODELS.names() if robot_model(name).flies is None]
+"""The names of the robot models that an engine moves itself: `AirEngine` moves all others."""
 
 
 def run(engine: Engine, seconds: float) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.hal.engine_bench import drive, forward, run
-from vrg.hal.models import MODELS, robot_model
+from tests.hal.engine_bench import ON_WHEELS, drive, forward, run
+from vrg.hal.models import robot_model
 from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose
@@ -32,7 +32,7 @@ def make() -> Iterator[Make]:
         engine.close()
 
 
-@pytest.mark.parametrize("name", MODELS.names())
+@pytest.mark.parametrize("name", ON_WHEELS)
 def test_a_full_brake_does_not_tip_it(make: Make, name: str) -> None:
     engine = make(name)
     drive(engine, "a", robot_model(name).v_max, seconds=2.0)

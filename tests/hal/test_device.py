@@ -14,6 +14,7 @@ from tests.hal.fake_driver import MODEL, FakeDriver, PhysicalFake
 from vrg.bus import messages as m
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.actuators import Dribbler, Gripper, Kicker
+from vrg.hal.models.crazyflie import CRAZYFLIE
 from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.gps import Gps
@@ -92,6 +93,18 @@ class TestGateAndLimit:
         bench.referee(**held)  # type: ignore[arg-type]
         assert bench.device.drive(AHEAD) == STILL
         assert bench.driver.told == ["stop"], "zero speed is commanded on, so that the watchdog is fed"
+
+    @pytest.mark.parametrize("held", [{"halted": "rain"}, {"may_move": False}])
+    def test_what_flies_takes_off_only_when_it_may_move(self, held: dict[str, object]) -> None:
+        driver = FakeDriver()
+        driver.features = CRAZYFLIE
+        bench = Bench(driver)
+        bench.referee(**held)  # type: ignore[arg-type]
+        bench.device.arm()
+        assert "arm" not in bench.driver.told
+        bench.referee()
+        bench.device.arm()
+        assert "arm" in bench.driver.told
 
     def test_a_referee_that_falls_silent_holds_everybody(self, bench: Bench) -> None:
         bench.tick(REFEREE_TIMEOUT - 0.1)
@@ -304,7 +317,7 @@ class TestPhysicalRobots:
         self.at(physical, Pose(3.0, 0.0, 1.0))
         physical.say(KEYS.placed("a"), m.Placed(pose=Pose(20.0, 8.0, 0.0), by="ann"))
         physical.tick()
-        assert astuple(self.at(physical, Pose(3.0, 0.0, 1.0))) == pytest.approx((20.0, 8.0, 0.0))
+        assert astuple(self.at(physical, Pose(3.0, 0.0, 1.0))) == pytest.approx((20.0, 8.0, 0.0, 0.0))
         here = self.at(physical, Pose(3.0, 2.0, 1.0))
         assert (here.x - 20.0) ** 2 + (here.y - 8.0) ** 2 == pytest.approx(4.0), "it counts on from there"
 
@@ -336,7 +349,7 @@ class TestPhysicalRobots:
         drives(0.05)
         ins = fused.device.read().latest(Ins)
         assert ins is not None
-        assert astuple(ins.value.pose) == pytest.approx((4.0, 4.05, math.pi / 2))
+        assert astuple(ins.value.pose) == pytest.approx((4.0, 4.05, math.pi / 2, 0.0))
         assert (ins.value.uncertainty, ins.age) == (known, 0.0)
         fused.tick(0.5)
         drives(0.05)

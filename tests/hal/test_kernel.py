@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.digests import played
-from vrg.hal.models import MODELS, RobotModel, robot_model
+from tests.hal.engine_bench import ON_WHEELS
+from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.drivetrain import Drivetrain, Wheel
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sim.compiled import kernel
@@ -74,7 +75,7 @@ def models(rng: np.random.Generator, count: int) -> list[RobotModel]:
     """Models of all kinds: some drive sideways, and some have so many axes that numpy adds in another order."""
     if rng.random() < 0.1:
         return [CRAWLER] * count
-    return [OMNI if rng.random() < 0.2 else robot_model(rng.choice(MODELS.names())) for _ in range(count)]
+    return [OMNI if rng.random() < 0.2 else robot_model(rng.choice(ON_WHEELS)) for _ in range(count)]
 
 
 def crowd(make: Callable[..., Engine], seed: int) -> list[Any]:

@@ -16,6 +16,12 @@ def test_a_model_is_physically_sound(model: RobotModel) -> None:
     drivetrain = model.drivetrain
     assert all(2 * abs(wheel.x) < model.length for wheel in drivetrain.wheels)
     assert all(2 * abs(wheel.y) + drivetrain.wheel_width <= model.width for wheel in drivetrain.wheels)
+    if model.flies is not None:
+        minutes = 60.0 * model.battery_wh / (model.flies.hover + model.idle_w)
+        assert 3.0 < minutes < 60.0
+        assert model.flies.cruise <= model.flies.ceiling
+        assert "stimate" in model.source
+        return
     skids = len({wheel.x for wheel in drivetrain.wheels if wheel.axis is not None}) > 1
     track = 2 * drivetrain.wheels[0].y
     assert drivetrain.effective_track > track if skids else drivetrain.effective_track == pytest.approx(track)

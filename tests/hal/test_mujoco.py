@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.arithmetic import printed, without_fma
-from tests.hal.engine_bench import DT, deepest_overlap, run
-from vrg.hal.models import MODELS, robot_model
+from tests.hal.engine_bench import DT, ON_WHEELS, deepest_overlap, run
+from vrg.hal.models import robot_model
 from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.mujoco import MujocoEngine
 from vrg.hal.sim.map import load_map
@@ -70,7 +70,7 @@ def crowd() -> str:
     They drive about at random between two boxes, a circle and one another, and begin again every 4 s.
     """
     draw, bits = random.Random(1), hashlib.sha256()
-    models = [SKEWED, *map(robot_model, MODELS.names())]
+    models = [SKEWED, *map(robot_model, ON_WHEELS)]
     starts = [
         Start(f"r{n}", models[n % 4], Pose(n % 3 - 1.1, n // 3 - 0.9, draw.uniform(-3.0, 3.0)), n == 7)
         for n in range(9)

@@ -60,7 +60,7 @@ def test_settings_hold_for_all_sensors_of_their_kind_and_a_whole_number_becomes_
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"lazer": {"noise": 0.1}}, "lazer: expected one of battery, "),
+        ({"lazer": {"noise": 0.1}}, "lazer: expected one of altimeter, battery, "),
         ({"lazer": {"noise": 0.1}}, "did you mean 'laser'?"),
         ({"laser": {"nose": 0.1}}, "laser.nose: expected one of beams, drop_out, "),
         ({"laser": {"nose": 0.1}}, "got 'nose', did you mean 'noise'?"),

@@ -12,11 +12,13 @@ import pytest
 from tests.ui.pictures import kept_axes
 from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION, YELLOW
+from vrg.games import UNKNOWN_GAME
 from vrg.recording.reader import calls_of, read_tracks, setting_of
 from vrg.recording.recorded import read_recorded
 from vrg.regions import Circle, Rectangle
 from vrg.testing.views import synthetic
 from vrg.ui.plots import plot
+from vrg.ui.plots.heights import HEIGHTS, heights
 from vrg.ui.plots.plot import plot_trajectories
 from vrg.ui.plots.plotted import Labels
 
@@ -246,3 +248,16 @@ def test_tracks_without_a_referee_are_plotted_whole(recorded, drawn, tmp_path):
 def test_without_tracks_there_is_nothing_to_plot(tmp_path):
     with pytest.raises(ValueError, match="at least one track"):
         plot_trajectories({}, tmp_path / "plot.png")
+
+
+def test_of_those_that_flew_a_second_picture_has_the_heights_by_time(usual, recorded, tmp_path):
+    file, *_ = usual
+    assert not (file.parent / HEIGHTS).exists(), "all were on the ground"
+    tracks = read_tracks(recorded)
+    (name, track), *others = tracks.items()
+    high = dataclasses.replace(track, z=np.linspace(0.0, 2.0, track.times.size))
+    plot_trajectories({name: high, **dict(others)}, tmp_path / "plot.png")
+    assert matplotlib.image.imread(tmp_path / HEIGHTS).shape[1] > 600
+    (axes,) = heights({name: high}, UNKNOWN_GAME).axes
+    assert words(axes) == [name]
+    assert [line.get_ydata().max() for line in axes.lines] == [2.0]

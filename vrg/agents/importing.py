@@ -106,7 +106,7 @@ def _apart(folder: Path) -> Iterator[None]:
         sys.path.append(str(folder))
         # A folder `carrier` is a package of that name for Python, before the one that `pip install -e carrier` has made
         # known, as its finder comes last.
-        sys.meta_path.sort(key=lambda finder: finder is PathFinder)
+        sys.meta_path[:] = sorted(sys.meta_path, key=lambda finder: finder is PathFinder)  # it is never empty meanwhile
     whole = sys.path[:]
     sys.path[:] = [other for other in whole if other not in others] + others
     try:

@@ -15,7 +15,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
 from vrg.regions import Region
-from vrg.types import STILL, Pose, Twist, Uncertainty, Vector
+from vrg.types import LEVEL, STILL, Pose, Twist, Uncertainty, Vector
 
 
 class Action(Struct, frozen=True, gc=False):
@@ -204,10 +204,10 @@ def action_of(answer: object) -> Action:
     twist = action.twist
     if not isinstance(twist, Twist):
         raise TypeError(f"expected a Twist(v, w) or an Action, got {answer!r}")
-    if type(twist.v) is type(twist.w) is type(twist.side) is float:
+    if type(twist.v) is type(twist.w) is type(twist.side) is type(twist.climb) is float:
         return action
     try:
-        plain = Twist(float(twist.v), float(twist.w), float(twist.side))
+        plain = Twist(float(twist.v), float(twist.w), float(twist.side), float(twist.climb) or LEVEL)
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"expected a Twist of numbers, got {twist!r}") from None
     return structs.replace(action, twist=plain)

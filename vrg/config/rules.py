@@ -7,6 +7,7 @@ from vrg.config.setup import RULES, MatchSetup, PlayerSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.errors import ConfigError
 from vrg.games import GAMES
+from vrg.hal.sensors.downward import OverviewSpec
 from vrg.hal.sensors.spec import Sweep
 from vrg.hal.sim.config import place_problems
 from vrg.types import Pose
@@ -31,6 +32,7 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
             size=p.robot.size,
             v_max=p.robot.v_max,
             sweeps=_sweeps(setup, p),
+            overview=p.robot.sensor(OverviewSpec),
             team=p.team,
         )
         for p in setup.players

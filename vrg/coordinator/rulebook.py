@@ -15,6 +15,7 @@ from vrg.bus import messages
 from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Thing, Zone
 from vrg.errors import ConfigError
 from vrg.geometry import circumradius
+from vrg.hal.sensors.downward import OverviewSpec
 from vrg.hal.sensors.spec import Sweep
 from vrg.hal.sim.config import BodySetup
 from vrg.regions import Region
@@ -99,10 +100,11 @@ class Contestant:
     """A player as the rule book knows it before the match.
 
     Args:
-        role: its role at the start of the match, in the game's own word.
+        name: of the player. role: its role at the start of the match, in the game's own word.
         start: its pose in the match file.
         size: the (length, width) of its body, m.
         v_max: the top speed of its robot model, m/s. sweeps: what its range finders sweep in this match.
+        overview: its camera that looks down; None if it has none.
         team: that of its role at the start, by the game's description; empty where the role is the team.
     """
 
@@ -112,6 +114,7 @@ class Contestant:
     size: tuple[float, float]
     v_max: float
     sweeps: tuple[Sweep, ...] = ()
+    overview: OverviewSpec | None = None
     team: str = ""
 
 

@@ -23,6 +23,9 @@ _RIM: Final = 0.12
 """The width of the rim of a physical robot, as a part of its length; that of a virtual one is a third of it."""
 WALL_HEIGHT: Final = 1.0
 """m. It is that of the world, `vrg.hal.sim.map.WALL_HEIGHT`."""
+SHADOW: Final = 0.6
+"""How far a shadow lies to the right of what is in the air, and below it on the map, in lengths of it for each metre of
+its height: it is drawn larger than it is where it would be too small to see, and so is the way to its shadow."""
 _WIDE: Final = 0.75
 """The width of a large letter, as a part of its height, on average."""
 _LINES: Final = 60
@@ -167,6 +170,17 @@ def robot(name: str, at: Pose, style: Style, size: Vector, *, physical: bool, la
         size: its length and width, m.
     """
     return Figure(f"robot {name}", _body(style, *size, physical), at, _least(size), label=label)
+
+
+def shadow(name: str, at: Pose, size: Vector) -> Figure:
+    """The shadow of a robot in the air on the ground, the farther from the robot the higher that is.
+
+    Args:
+        at: the pose of the robot. size: its length and width, m.
+    """
+    away = round(SHADOW * at.z * size[0], 3)
+    ground = Shape(((away, -away),), mix(DARK.field, DARK.ink, 0.6), radius=round(min(size) / 2, 3))
+    return Figure(f"shadow of {name}", (ground,), Pose(at.x, at.y, 0.0), _least(size))
 
 
 def _least(size: Vector) -> float:

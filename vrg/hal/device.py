@@ -215,6 +215,8 @@ class Device:
     def arm(self) -> None:
         """Let the motors accept commands; `read().armed` is True when they accept them.
 
+        What flies takes off by this, and so is not armed before it may move.
+
         Raises:
             RobotError: not connected, a fault has latched, the emergency stop is engaged, or the robot is being
                 recovered.
@@ -224,6 +226,9 @@ class Device:
                 raise RobotError("the emergency stop is engaged: release it, then arm", self.name)
             if self._is_recovering:
                 raise RobotError("it is being recovered", self.name)
+            model = self.features
+            if model.flies and self._permission.motion(self.name, model, STILL, self._mailbox.now) is None:
+                return
             self._driver.arm()
 
     def drive(self, twist: Twist, use: Mapping[str, float] = UNUSED) -> Twist:

@@ -14,7 +14,7 @@ from vrg.geometry import compose, inverse
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
-from vrg.types import Pose, Uncertainty
+from vrg.types import LEVEL, Pose, Uncertainty
 
 TOO_OLD = 0.5
 """The age in s above which a measurement is no longer sent to the world, so that everybody sees that it is old."""
@@ -100,7 +100,7 @@ class Location:
         if self._begin_anew:
             self._begin_anew = False
             self._origin = compose(self._known, inverse(odometry.value.pose))
-        pose = compose(self._origin, odometry.value.pose)
+        pose = _as_high(compose(self._origin, odometry.value.pose), odometry.value.pose)
         return self._place(pose, odometry.stamp, odometry.age)
 
     def _fused(self, odometry: Sample[Odometry], found: Received[MeasuredPose] | None) -> StampedPose:
@@ -114,7 +114,7 @@ class Location:
             since = "yet" if unseen > stamp else f"for {unseen:.1f} s"
             raise StaleDataError(f"it is lost: no source has seen it {since}", self._name)
         then = self._ways[min(bisect_left(self._ways, found.stamp, key=itemgetter(0)), len(self._ways) - 1)][1]
-        there = compose(found.body.pose, compose(inverse(then), pose))
+        there = _as_high(compose(found.body.pose, compose(inverse(then), pose)), pose)
         return StampedPose(there, stamp, odometry.age, publish=False, uncertainty=found.body.uncertainty)
 
     def measured(self, ins: Sample[Ins]) -> StampedPose:
@@ -125,3 +125,8 @@ class Location:
     def _place(self, pose: Pose, stamp: float, age: float) -> StampedPose:
         publish = self._feed is None and self._located and age <= TOO_OLD
         return StampedPose(pose, max(0.0, stamp), age, publish=publish)
+
+
+def _as_high(pose: Pose, odometry: Pose) -> Pose:
+    """A pose with the height by odometry, which counts from the ground: nothing else measures it."""
+    return pose if pose.z == odometry.z else Pose(pose.x, pose.y, pose.theta, odometry.z or LEVEL)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix, MeasuredPose, Motion, OwnPlace
@@ -62,6 +63,7 @@ class FusionCentre(Node):
         self._estimators = {name: Estimator(start, self._noise[name]) for name, (_, start) in robots.items()}
         self._placed = mailbox.subscribe(keys.placed(), only=[keys.placed(name).key for name in robots])
         self._twists: dict[str, Twist] = {}
+        self._heights: dict[str, float] = {}
         self._things = {name: ThingEstimator() for name in things}
         self._topics = {name: keys.robot_pose(name) for name in robots} | {n: keys.thing_pose(n) for n in things}
         self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in robots])
@@ -91,8 +93,9 @@ class FusionCentre(Node):
                     self._count(fix.robot, verdict)
         for name in sorted(moved):
             if (estimate := self._estimators[name].estimate) is not None:
+                height = self._heights.get(name)
                 pose = MeasuredPose(
-                    pose=estimate.pose,
+                    pose=structs.replace(estimate.pose, z=height) if height else estimate.pose,
                     twist=self._twists[name],
                     uncertainty=estimate.uncertainty,
                     unseen=min(estimate.age, NEVER),
@@ -100,7 +103,7 @@ class FusionCentre(Node):
                 self.mailbox.publish(self._topics[name], pose, stamp=estimate.time)
 
     def _move(self, name: str, time: float, motion: Motion) -> None:
-        self._twists[name] = motion.twist
+        self._twists[name], self._heights[name] = motion.twist, motion.odometry.z
         for verdict in self._estimators[name].move(time, motion.odometry):
             self._count(name, verdict)
         for place in motion.own:

@@ -423,9 +423,10 @@ class SubprocessStrategy(SteppedStrategy):
             say = None if payload.say is None else msgspec.msgpack.decode(payload.say)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise self._end(f"it has sent an answer that cannot be read: {error}") from None
-        v, w, side = answer.motion
+        v, w, side, climb = answer.motion
         return Action(
-            Twist(v, w, side) if side else Twist(v, w),  # so that it is told in the same words as elsewhere
+            # So that it is told in the same words as elsewhere.
+            Twist(v, w, side, climb) if climb else Twist(v, w, side) if side else Twist(v, w),
             say,
             () if payload.sightings is None else payload.sightings.seen,
             {bid.lot: bid.cost for bid in payload.bids},

@@ -67,11 +67,11 @@ class Decision(Struct, frozen=True, tag=True):
     """The decision of the strategy.
 
     Args:
-        motion: v, w and side of its twist. Any numbers pass here, as they do where the strategy is in the process of
-            its player, which is the one to judge them.
+        motion: v, w, side and climb of its twist. Any numbers pass here, as they do where the strategy is in the
+            process of its player, which is the one to judge them.
     """
 
-    motion: tuple[float, float, float]
+    motion: tuple[float, float, float, float]
     payload: Payload
     mode: str
 
@@ -180,7 +180,7 @@ def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
             if warn_once(problem):
                 print(strategy.complaint(problem))
         twist = action.twist
-        pipe.send(Decision((twist.v, twist.w, twist.side), payload, mode))
+        pipe.send(Decision((twist.v, twist.w, twist.side, twist.climb), payload, mode))
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ class RobotPoses:
         roles, states: the referee's words at each time; empty before it spoke.
         rounds: the round at each time, 0 before the first; shape (n,).
         playing: whether a round was being played, and not prepared, halted or over; shape (n,).
+        z: the height above the ground, m; of shape (0,) if it never left that.
     """
 
     name: str
@@ -41,6 +42,7 @@ class RobotPoses:
     states: list[str]
     rounds: npt.NDArray[np.int64]
     playing: npt.NDArray[np.bool_]
+    z: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -260,4 +262,5 @@ def _track(name: str, seen: Sequence[_Seen]) -> RobotPoses:
         states=["" if player is None else player.state for player in own],
         rounds=np.array([0 if state is None else state.round for state in said], dtype=np.int64),
         playing=np.array([state is not None and _plays(state) for state in said], dtype=np.bool_),
+        z=np.array([body.pose.z for _, body, _ in seen] if any(body.pose.z for _, body, _ in seen) else []),
     )

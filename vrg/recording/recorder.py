@@ -264,7 +264,7 @@ class Recorder(Node):
         entities = []
         for body in received.body.bodies:
             self._where[body.name] = body.pose
-            pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta)
+            pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta, body.pose.z)
             self._show(f"robot/{body.name}", fg.PoseInFrame(at, fg.FRAME_ID, pose), received)
             role, state = self._roles.get(body.name, ("robot", ""))
             colour, model = self._game.style(role, state).colour, self._models.get(body.name)

@@ -35,14 +35,14 @@ def robot_entity(
     """A robot in the scene.
 
     Args:
-        pose: on the ground. model: None where it is not known.
+        pose: of its lowest point. model: None where it is not known.
         word: what is written beside its name.
     """
     size = UNKNOWN_SIZE if model is None else fg.Vector3(model.length, model.width, model.height)
-    x, y, turned = pose.position.x, pose.position.y, pose.orientation
-    middle = fg.Pose(fg.Vector3(x, y, size.z / 2), turned)
-    top = fg.Pose(fg.Vector3(x, y, size.z + 0.02), turned)
-    above = fg.Pose(fg.Vector3(x, y, size.z + 0.3), turned)
+    x, y, z, turned = pose.position.x, pose.position.y, pose.position.z, pose.orientation
+    middle = fg.Pose(fg.Vector3(x, y, z + size.z / 2), turned)
+    top = fg.Pose(fg.Vector3(x, y, z + size.z + 0.02), turned)
+    above = fg.Pose(fg.Vector3(x, y, z + size.z + 0.3), turned)
     box = fg.CubePrimitive(middle, size, colour_of(colour))
     arrow = fg.ArrowPrimitive(top, size.x * 0.5, 0.06, 0.18, 0.16, _WHITE)
     text = fg.TextPrimitive(above, True, 0.25, False, _WHITE, f"{name} ({word})")

@@ -38,9 +38,9 @@ def moving(
         way = (*body.trail, (body.pose.x, body.pose.y))
         found.append(Figure(f"trail {body.name}", (look.trail(game.style(body.role, body.state).colour, way),)))
     found += [*strokes(scene), *below]
-    found += [near for body in scene.bodies if (near := uncertain(body)) is not None]
-    # What is out of play lies under what plays.
-    for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
+    found += [figure for body in scene.bodies for figure in around(body)]
+    # What is out of play lies under what plays, and what is on the ground under what flies.
+    for body in sorted(scene.bodies, key=lambda body: (body.pose.z, not body.out_of_play)):
         found.append(robot(scene, body, short[body.name], driving))
         if body.name == driving:
             found.append(look.around(body.name, body.pose, (body.length, body.width)))
@@ -80,12 +80,16 @@ def strokes(scene: Scene) -> list[Figure]:
     return found
 
 
-def uncertain(body: SceneBody) -> Figure | None:
-    """The ellipse within which a body may be that is not known well."""
-    if body.uncertainty is None:
-        return None
-    outline = Shape(to_millimetres(ellipse(0.0, 0.0, body.uncertainty)), line=palette.CAUTION, width=1.5)
-    return Figure(f"about {body.name}", (outline,), Pose(body.pose.x, body.pose.y, 0.0))
+def around(body: SceneBody) -> list[Figure]:
+    """What lies around a body, and does not turn with it: the ellipse within which one may be that is not known well,
+    and the shadow of one in the air."""
+    found = []
+    if body.uncertainty is not None:
+        outline = Shape(to_millimetres(ellipse(0.0, 0.0, body.uncertainty)), line=palette.CAUTION, width=1.5)
+        found.append(Figure(f"about {body.name}", (outline,), Pose(body.pose.x, body.pose.y, 0.0)))
+    if body.pose.z > 0.0:
+        found.append(look.shadow(body.name, body.pose, (body.length, body.width)))
+    return found
 
 
 def robot(scene: Scene, body: SceneBody, short: str, driving: str | None = None) -> Figure:
@@ -96,9 +100,10 @@ def robot(scene: Scene, body: SceneBody, short: str, driving: str | None = None)
     """
     game, size = game_of(scene.game), (body.length, body.width)
     ink = palette.CAUTION if body.name == driving else palette.MUTED if body.out_of_play else palette.TEXT
-    label = Label(
-        body.name, ink, short=short, remark=game.remark(body.state), plate=palette.BACKGROUND, reach=look.reach(size)
-    )
+    remark = game.remark(body.state)
+    if body.pose.z > 0.0:
+        remark = f"{remark} {body.pose.z:.1f} m".lstrip()
+    label = Label(body.name, ink, short=short, remark=remark, plate=palette.BACKGROUND, reach=look.reach(size))
     style = game.style(body.role, body.state)
     return look.robot(body.name, body.pose, style, size, physical=body.physical, label=label)
 

@@ -18,7 +18,7 @@ from vrg.games import game_of
 from vrg.hal.estop import EstopLatch
 from vrg.recording.recorded import RecordedMatch, Timed
 from vrg.regions import Region
-from vrg.types import Pose
+from vrg.types import LEVEL, Pose
 from vrg.ui.builder import CALLS_KEPT, TRAIL_SECONDS, SceneBuilder
 from vrg.ui.scene import JUMP, Scene
 
@@ -196,4 +196,5 @@ def _on_the_way(start: Pose, end: Pose | None, share: float) -> Pose:
         start.x + share * (end.x - start.x),
         start.y + share * (end.y - start.y),
         math.remainder(start.theta + share * turn, math.tau),
+        start.z + share * (end.z - start.z) or LEVEL,
     )

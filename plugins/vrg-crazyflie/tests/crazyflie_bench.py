@@ -3,12 +3,12 @@
 from typing import Any, Self
 
 from vrg.hal.driver import DriverContext
+from vrg.hal.models.crazyflie import CRAZYFLIE
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.driver import DriverBench, arm
 from vrg_crazyflie.driver import CrazyflieDriver
 from vrg_crazyflie.emulated.link import CRAZYFLIES, Emulated
 from vrg_crazyflie.emulated.vehicle import RESPONSE, Vehicle
-from vrg_crazyflie.model import CRAZYFLIE
 
 NAME = "cf"
 STEP = 0.02

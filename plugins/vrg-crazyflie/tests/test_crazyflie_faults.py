@@ -13,6 +13,7 @@ from vrg.errors import RobotError
 from vrg.testing.driver import arm
 from vrg.types import Twist
 from vrg_crazyflie.emulated.supervisor import State
+from vrg_crazyflie.report import Info
 
 TICK = 0.02
 """The time in s between two looks at the body."""
@@ -291,3 +292,48 @@ def test_it_flies_on_though_a_third_of_the_packets_is_lost(bench: CrazyflieBench
     assert bench.body.vx == pytest.approx(0.3, abs=0.05)
     bench.driver.disarm()
     bench.time_until(lambda: bench.body.z == 0.0 and bench.body.thrust == 0.0, 5.0)
+
+
+def test_one_that_still_flies_when_it_is_reached_again_is_armed_only_after_it_lies_on_the_ground() -> None:
+    with CrazyflieBench(height=0.8) as bench:
+        bench.fly()
+        bench.craft.reachable = False
+        bench.advance(1.1)
+        bench.craft.reachable = True
+        bench.driver.recover()
+        assert bench.body.z > 0.5, "its firmware has levelled it"
+        highest = 0.0
+        while bench.body.z > 0.0:
+            with contextlib.suppress(RobotError):
+                bench.driver.arm()
+            bench.advance(0.1)
+            highest = max(highest, bench.body.z)
+            assert not bench.driver.read().armed
+        assert highest <= 0.85, "its height is not counted from where it was"
+
+
+def test_a_take_off_that_nobody_asks_for_any_more_is_broken_off(bench: CrazyflieBench) -> None:
+    """As in a HALT, in which a player only stops its robot."""
+    bench.driver.connect()
+    bench.advance(0.2)
+    while bench.body.z <= 0.1:
+        bench.driver.arm()
+        bench.advance(0.1)
+    for _ in range(60):
+        bench.driver.stop()
+        bench.advance(0.1)
+    assert (bench.body.z, bench.body.thrust) == (0.0, 0.0)
+    assert not bench.driver.read().armed
+    assert bench.fault == ""
+
+
+def test_one_that_is_disarmed_while_it_is_being_armed_is_disarmed_in_its_firmware() -> None:
+    with CrazyflieBench(auto_arm=False) as bench:
+        bench.driver.connect()
+        bench.advance(0.2)
+        bench.driver.arm()
+        bench.advance(0.05)
+        bench.driver.disarm()
+        bench.advance(2.0)
+        assert Info.ARMED not in bench.body.supervisor.info(Info(0))
+        assert bench.body.z == 0.0

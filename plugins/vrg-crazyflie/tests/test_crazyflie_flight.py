@@ -30,11 +30,14 @@ class Air:
         self.motion = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.status = Status(0.0, READY, 4.0, 0, 0.9, 36000.0)
         self.sent: list[Command] = []
-        self.lands = False
+        self.lands = self.asks = False
 
     def step(self, *, heard: bool = True) -> list[Command]:
         """Let STEP pass; return what is sent."""
         self.now += STEP
+        self.asks = self.asks and not self.flight.armed
+        if self.asks:
+            self.flight.arm(self.now)
         if heard:
             self.motion = replace(self.motion, heard=self.now)
             self.flight.hear(self.motion)
@@ -55,9 +58,14 @@ class Air:
 
     def fly(self) -> None:
         self.step()
-        self.flight.arm()
+        self.ask()
         self.steps(3.0)
         assert self.flight.armed
+
+    def ask(self) -> None:
+        """Ask it to take off, from now on at each step."""
+        self.flight.arm(self.now)
+        self.asks = True
 
 
 def test_nothing_is_sent_before_it_reports_and_before_it_is_armed() -> None:
@@ -86,7 +94,7 @@ def test_a_report_from_before_it_was_disarmed_is_no_permission() -> None:
     air.flight.disarm(air.now)
     while Arming(False) not in air.sent:
         air.step()
-    air.flight.arm()
+    air.ask()
     air.sent.clear()
     air.step()
     air.status = replace(air.status, info=Info.CAN_BE_ARMED)
@@ -99,7 +107,7 @@ def test_arming_is_asked_for_until_it_is_granted() -> None:
     air = Air()
     air.status = replace(air.status, info=Info.CAN_BE_ARMED)
     air.step()
-    air.flight.arm()
+    air.ask()
     air.steps(1.0)
     assert air.sent == [Arming(True)] * 3, "every 0.3 s, after a step of waiting"
     air.status = replace(air.status, info=READY)
@@ -158,7 +166,7 @@ def test_arming_while_it_lands_takes_off_again_after_it_has_landed() -> None:
     air.fly()
     air.flight.disarm(air.now)
     air.step()
-    air.flight.arm()
+    air.ask()
     air.sent.clear()
     air.steps(6.0)
     assert Order.OFF in air.sent
@@ -173,7 +181,7 @@ def test_the_emergency_stop_is_sent_until_the_firmware_says_that_it_is_locked() 
     air.steps(0.2)
     assert air.sent == [Order.CUT] * 5
     with pytest.raises(RobotError, match="emergency stop"):
-        air.flight.arm()
+        air.ask()
     air.status = replace(air.status, info=Info.LOCKED)
     air.steps(0.2)
     assert len(air.sent) == 5
@@ -206,7 +214,7 @@ def test_motion_that_a_body_can_do_is_no_jump(vx: float, vy: float, w: float, ti
 
 
 CALLS = {
-    "arm": lambda air: air.flight.arm(),
+    "arm": lambda air: air.flight.arm(air.now),
     "disarm": lambda air: air.flight.disarm(air.now),
     "drive": lambda air: air.flight.drive(AHEAD, air.now),
     "stop": lambda air: air.flight.stop(),

@@ -15,7 +15,7 @@ from vrg.hal.sensors.battery import Battery, BatterySpec
 from vrg.hal.sensors.ins import Ins, InsSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sensors.spec import Sample, SensorSpec
-from vrg.types import Pose, Twist
+from vrg.types import LEVEL, Pose, Twist
 from vrg_crazyflie.flight import Flight, Order
 from vrg_crazyflie.radio import Radio
 from vrg_crazyflie.report import Info, Motion, Way, motion_of, status_of
@@ -89,7 +89,7 @@ class CrazyflieDriver(Driver):
             if self._task is None:
                 raise RobotError("expected a connected robot to arm: call connect() first", self.name)
             if self._work is None:
-                self._flight.arm()
+                self._flight.arm(self._clock.now())
 
     def drive(self, twist: Twist) -> None:
         """Fly at a velocity in the frame of the body, at its height.
@@ -187,7 +187,9 @@ class CrazyflieDriver(Driver):
             (OdometrySpec, Odometry(pose=self._way.pose, twist=motion.twist), motion.heard)
         ]
         if self._on_map:
-            told.append((InsSpec, Ins(pose=Pose(motion.x, motion.y, motion.yaw)), motion.heard))
+            told.append(
+                (InsSpec, Ins(pose=Pose(motion.x, motion.y, motion.yaw, max(0.0, motion.z) or LEVEL)), motion.heard)
+            )
         if (status := self._flight.status) is not None:
             told.append((BatterySpec, Battery(charge=status.charge), status.heard))
         stamp = self._now() - now
@@ -211,8 +213,14 @@ class CrazyflieDriver(Driver):
             motion = motion_of(values, now)
             self._flight.hear(motion)
             if motion.is_finite:
-                self._way.move(motion)
+                self._way.move(motion, aloft=self._flies)
                 self._last = motion
+
+    @property
+    def _flies(self) -> bool:
+        """True if it is in the air as far as is known, also where VRG has just connected to it."""
+        status = self._flight.status
+        return self._flight.aloft or (status is not None and status.flies)
 
     def _lost(self, why: str) -> None:
         """The link is lost, a thread of cflib's says."""
@@ -232,7 +240,11 @@ class CrazyflieDriver(Driver):
             with self._lock:
                 if self._why_lost:
                     self._flight.lose(f"the link was lost ({self._why_lost}): its firmware cuts its motors: recover it")
-                self._send()
+                try:
+                    self._send()
+                except Exception as error:  # without set-points its firmware cuts its motors
+                    log.exception("%s: nothing can be sent to it", self.name)
+                    self._flight.lose(f"nothing can be sent to it ({error}): its firmware cuts its motors: recover it")
                 self._beat = self._clock.now()
             self._clock.sleep(PERIOD)
 

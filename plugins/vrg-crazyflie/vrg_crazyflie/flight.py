@@ -17,10 +17,14 @@ from vrg_crazyflie.report import LOW_POWER, Info, Motion, Status
 
 CLIMB_SPEED, LAND_SPEED = 0.4, 0.2
 """The speeds in m/s at which it takes off and, on average, lands."""
+LONGEST_LANDING: Final = 3.5
+"""The time in s that a landing takes at most, from wherever: the launcher kills a process that takes 5 s to stop."""
 CLIMB_TOLERANCE: Final = 0.08
 """The distance in m from its height within which it hovers there."""
 CLIMB_PATIENCE, ARM_PATIENCE, LAND_PATIENCE = 2.0, 3.0, 3.0
 """The time in s by which a take-off, arming and a landing may take longer than planned."""
+ASK_TIMEOUT: Final = 0.5
+"""The time in s after which a take-off is broken off that nobody asks for any more."""
 LIFT_TIME, LIFT_HEIGHT = 1.2, 0.05
 """The time in s after which it must have left the ground by so many m, or its motors are cut."""
 BRAKE_TIME, BRAKE_SPEED = 0.8, 0.1
@@ -98,6 +102,8 @@ class Flight:
         self.motion: Motion | None = None
         self.status: Status | None = None
         self._wanted = self._off = False
+        self._asked = -math.inf
+        """The time at which it was asked last to take off, s."""
         self._since = self._ordered = -math.inf
         self._ground = 0.0
         """The height that the estimator reported before it took off, m."""
@@ -118,8 +124,10 @@ class Flight:
         """True if its motors turn, or may."""
         return self.phase not in (Phase.GROUND, Phase.ARMING)
 
-    def arm(self) -> None:
+    def arm(self, now: float) -> None:
         """Take off as soon as nothing is in the way.
+
+        It is asked for again and again until it hovers: if that ceases, as in a HALT, the take-off is broken off.
 
         Raises:
             RobotError: the emergency stop is engaged, or a fault has latched.
@@ -128,7 +136,7 @@ class Flight:
             raise RobotError("the emergency stop is engaged: release it, then arm", self._name)
         if self.latched:
             raise RobotError(f"{self.latched}: recover it, then arm", self._name)
-        self._wanted = True
+        self._wanted, self._asked = True, now
 
     def drive(self, twist: Twist, now: float) -> None:
         """Take a command, which holds for COMMAND_TIMEOUT.
@@ -148,6 +156,7 @@ class Flight:
         """Land."""
         self._wanted, self._command = False, STILL
         if self.phase is Phase.ARMING:
+            self._off = True
             self._go(Phase.GROUND, now)
         elif self.phase in (Phase.CLIMBING, Phase.FLYING):
             self._go(Phase.BRAKING, now)
@@ -197,6 +206,8 @@ class Flight:
         if (age := now - motion.heard) > REPORT_TIMEOUT:
             return f"it has not reported for {age:.1f} s"
         found = {
+            "its estimator says what is no number: restart it": not motion.is_finite,
+            "it still flies: wait until it has landed": status.flies,
             "it lies tilted or upside down: set it upright": Info.TUMBLED in status.info,
             "one of its decks reports a fault: look at it, then restart it": Info.DECK_FAULT in status.info,
             f"its battery is low, {status.volts:.2f} V: charge it": self._low is not None,
@@ -212,18 +223,23 @@ class Flight:
             return []
         if self.aloft and now - motion.heard > BLIND_TIMEOUT:
             self._fail(f"it has not reported for {BLIND_TIMEOUT:g} s", now)
+        if self.phase in (Phase.ARMING, Phase.CLIMBING) and now - self._asked > ASK_TIMEOUT:
+            self.disarm(now)
         steps = {
             Phase.GROUND: self._waiting, Phase.ARMING: self._arming, Phase.CLIMBING: self._climbing,
             Phase.FLYING: self._flying, Phase.BRAKING: self._braking, Phase.LANDING: self._land,
         }  # fmt: skip
         return steps[self.phase](now, motion, status)
 
-    def _waiting(self, now: float, _motion: Motion, _status: Status) -> list[Command]:
+    def _waiting(self, now: float, _motion: Motion, status: Status) -> list[Command]:
         if self._off:  # the firmware would obey the last set-point again as soon as it may
             self._off = False
-            return [Order.OFF]
+            return [Order.OFF, Arming(False)]
         if self._wanted and not self.fault(now):
             self._go(Phase.ARMING, now)
+        elif Info.FLYING in status.info and not status.flies:
+            # It counts as flying for 2 s after it has landed, and its firmware locks the motors if nothing is sent.
+            return self._again(now, Order.OFF)
         return []
 
     def _arming(self, now: float, motion: Motion, status: Status) -> list[Command]:
@@ -261,7 +277,7 @@ class Flight:
         if now - self._since < BRAKE_TIME and abs(motion.twist.speed) > BRAKE_SPEED:
             return [Hover(STILL, self._ground + self._height if self._lost_place else max(motion.z, self._ground))]
         height = motion.z - self._ground if not self._lost_place else self._height
-        self._landing = max(0.5, height / LAND_SPEED)
+        self._landing = min(max(0.5, height / LAND_SPEED), LONGEST_LANDING)
         self._go(Phase.LANDING, now)
         return self._land(now, motion, status)
 

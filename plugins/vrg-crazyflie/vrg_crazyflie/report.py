@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import Final
 
+from msgspec.structs import replace
+
 from vrg.geometry import compose, inverse
-from vrg.types import Pose, Twist
+from vrg.types import LEVEL, Pose, Twist
 
 MOTION: Final = {
     "stateEstimate.x": "float", "stateEstimate.y": "float", "stateEstimate.z": "float", "stateEstimate.vx": "float",
@@ -19,6 +21,8 @@ STATUS: Final = {
     "stabilizer.thrust": "float",
 }  # fmt: skip
 """The variables of the block of the status."""
+IDLE_THRUST: Final = 5_000.0
+"""The thrust, of 65535, up to which it stands on the ground: it hovers at some 36,000."""
 LOW_POWER: Final = (3, 4)
 """The values of pm.state of a battery that is low, and of one that is about to be switched off (pm.h)."""
 MOTION_PERIOD, STATUS_PERIOD = 20, 100
@@ -83,6 +87,11 @@ class Status:
     charge: float
     thrust: float
 
+    @property
+    def flies(self) -> bool:
+        """True if its motors hold it in the air; the firmware says so for some time after that, too."""
+        return Info.FLYING in self.info and self.thrust > IDLE_THRUST
+
 
 def status_of(values: Mapping[str, float], heard: float) -> Status:
     """The status in a log block."""
@@ -96,17 +105,21 @@ class Way:
     def __init__(self) -> None:
         self.pose = Pose(0.0, 0.0, 0.0)
         self._origin: Pose | None = None
-        """The pose on the way of the estimator's own (0, 0, 0)."""
+        """The pose on the way of the estimator's own (0, 0, 0). It begins anew on the ground."""
 
     def anew(self) -> None:
         """The next report is the first one of an estimator that has begun anew, at the place of the last one."""
         self._origin = None
 
-    def move(self, motion: Motion) -> None:
-        """Take in a report. The heading grows beyond pi if the robot goes on turning."""
-        there = Pose(motion.x, motion.y, motion.yaw)
+    def move(self, motion: Motion, *, aloft: bool = False) -> None:
+        """Take in a report; `aloft` if it is not on the ground.
+
+        The heading grows beyond pi if the robot goes on turning.
+        """
+        there = Pose(motion.x, motion.y, motion.yaw, motion.z)
         if self._origin is None:
-            self._origin = compose(self.pose, inverse(there))
+            here = replace(self.pose, z=motion.z if aloft else LEVEL)
+            self._origin = compose(here, inverse(there))
         now = compose(self._origin, there)
         turned = math.remainder(now.theta - self.pose.theta, math.tau)
-        self.pose = Pose(now.x, now.y, self.pose.theta + turned)
+        self.pose = Pose(now.x, now.y, self.pose.theta + turned, max(0.0, now.z) or LEVEL)

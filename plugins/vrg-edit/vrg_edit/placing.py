@@ -67,10 +67,14 @@ def _shares(game: str) -> Counter[str]:
 
 
 def _short_of(draft: Draft) -> str:
-    """The role that has the fewest players for its part in the game, by the method of Sainte-Laguë."""
+    """The role that has the fewest players for its part in the game, by the method of Sainte-Laguë.
+
+    A role that the default match has not, as it may need another robot, is for a person to choose.
+    """
     game, shares = game_of(draft.game), _shares(draft.game)
     counts = Counter(entry.role for entry in draft.players)
-    roles = game.start_roles or tuple(counts) or ("",)
+    usual = [role for role in game.start_roles if shares[role]]
+    roles = usual or game.start_roles or tuple(counts) or ("",)
     return min(roles, key=lambda role: (counts[role] + 0.5) / max(1, shares[role]))
 
 

@@ -24,7 +24,7 @@ class Drive(Message, frozen=True, kw_only=True):
         use: what its actuators do, by their names; see `vrg.hal.actuators`.
     """
 
-    version = 4
+    version = 5
 
     twist: Twist
     armed: bool = True
@@ -60,7 +60,7 @@ class MeasuredPose(Message, frozen=True, kw_only=True):
         unseen: the time since it was last seen from outside, s, if it must be: it is lost after LOST.
     """
 
-    version = 3
+    version = 4
 
     pose: Pose
     twist: Twist = STILL
@@ -99,7 +99,7 @@ class Motion(Message, frozen=True, kw_only=True):
         own: what it has newly measured of its place on the map or on the earth, if it has sensors for that.
     """
 
-    version = 2
+    version = 3
 
     odometry: Pose
     twist: Twist

@@ -36,7 +36,9 @@ LIES = 0.15
 
 def at_rest(twist: Twist) -> bool:
     """True if a body that moves so is at rest."""
-    return abs(twist.v) <= AT_REST and abs(twist.w) <= AT_REST and abs(twist.side) <= AT_REST
+    if abs(twist.v) > AT_REST or abs(twist.w) > AT_REST:
+        return False
+    return abs(twist.side) <= AT_REST and abs(twist.climb) <= AT_REST
 
 
 class Body(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, gc=False):
@@ -89,7 +91,7 @@ class Thing(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
 class Poses(Message, frozen=True, kw_only=True):
     """The poses and velocities of all robots at one instant, as `bodies`, and those of all passive bodies."""
 
-    version = 8
+    version = 9
 
     bodies: tuple[Body, ...]
     things: tuple[Thing, ...] = ()

@@ -1,13 +1,15 @@
 """The description of robot pursuit-evasion (thesis 4.2). Only processes that need the rules or a player import them."""
 
-from vrg.colours import SKY_BLUE, VERMILLION
+from vrg.colours import PURPLE, SKY_BLUE, VERMILLION
 from vrg.games.game import Game, Marker, Moment, Role, RuleText
 
-PURSUER, INTRUDER = "pursuer", "intruder"
+PURSUER, INTRUDER, SCOUT = "pursuer", "intruder", "scout"
 PURSUERS, INTRUDERS = "pursuers", "intruders"
 """The names of the teams."""
 WATCHING, DISPATCHED, RETURNING = "watching", "dispatched", "returning"
 """The states of a pursuer."""
+SCOUTING = "scouting"
+"""The state of a scout."""
 WAITING, CROSSING, CAPTURED, ESCAPED, OUT = "waiting", "crossing", "captured", "escaped", "out"
 """The states of an intruder. A robot that is out counts for no other."""
 SIGHTINGS_AT_ONCE = 8
@@ -27,6 +29,7 @@ GAME = Game(
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(PURSUER, PURSUERS, SKY_BLUE, Marker.CIRCLE),
+        Role(SCOUT, PURSUERS, PURPLE, Marker.SQUARE, strategy=f"{_FOLDER}.scout:Scout"),
         Role(INTRUDER, INTRUDERS, VERMILLION, Marker.TRIANGLE, strategy=f"{_FOLDER}.intruder:Intruder"),
     ),
     score_words={PURSUERS: "captured", INTRUDERS: "escaped"},
@@ -43,6 +46,10 @@ GAME = Game(
     },
     rule_texts={
         "launch": RuleText("The first intruder starts at once, and the others at random times.", "thesis 4.2"),
+        "scout": RuleText(
+            "A scout flies above the others: it reports what it sees as pursuers do, and neither captures nor is met.",
+            "thesis 5.2",
+        ),
         "enter": RuleText("An intruder whose centre is inside the area has entered it.", "thesis 4.2"),
         "auction": RuleText("An intruder that has been seen twice is auctioned among the pursuers.", "thesis 4.2"),
         "dispatch": RuleText(

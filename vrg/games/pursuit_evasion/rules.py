@@ -40,6 +40,8 @@ from vrg.games.pursuit_evasion import (
     PURSUER,
     PURSUERS,
     RETURNING,
+    SCOUT,
+    SCOUTING,
     SIGHTINGS_AT_ONCE,
     WAITING,
     WATCHING,
@@ -67,6 +69,10 @@ PLACE_PERIOD = 5.0
 """The time in s after which a robot that is out of play, and for which there was no room at its start, is put there."""
 
 
+FIRST = {PURSUER: WATCHING, INTRUDER: WAITING, SCOUT: SCOUTING}
+"""The state in which each role begins."""
+
+
 class PursuitEvasion(RuleBook[State]):
     """The rule book of pursuit-evasion.
 
@@ -90,6 +96,7 @@ class PursuitEvasion(RuleBook[State]):
         if problems := problems_of(self.area, contestants, settings.capture_distance):
             raise ConfigError(problems)
         self.pursuers = sorted(c.name for c in contestants if c.role == PURSUER)
+        self.scouts = sorted(c.name for c in contestants if c.role == SCOUT)
         self.intruders = [c.name for c in contestants if c.role == INTRUDER]
         self.posts = {name: self.contestants[name].start for name in self.pursuers}
         self.launches = {name: self._launch(name, seed) for name in self.intruders}
@@ -105,7 +112,7 @@ class PursuitEvasion(RuleBook[State]):
     def initial(self) -> State:
         """The state in which pursuers watch and intruders wait."""
         return State(
-            states={c.name: WATCHING if c.role == PURSUER else WAITING for c in self.contestants.values()},
+            states={c.name: FIRST[c.role] for c in self.contestants.values()},
             points={PURSUERS: 0, INTRUDERS: 0},
         )
 
@@ -165,14 +172,15 @@ class PursuitEvasion(RuleBook[State]):
         return state.with_state(due, CROSSING)
 
     def _detected(self, state: State, now: Observation, clock: float, calls: list[Call]) -> State:
-        """Count the sightings of intruders in play that a pursuer's own laser can have made.
+        """Count the sightings of intruders in play that a pursuer's own laser, or a scout's camera, can have made.
 
         A sighting of any other robot is neither counted nor a false alarm.
         """
         reports: dict[str, list[Sighting]] = {}
         for who, sighting in now.sightings:
             reports.setdefault(who, []).append(sighting)
-        for who in (name for name in self.pursuers if name in reports and name not in state.disqualified):
+        seers = (*self.pursuers, *self.scouts)
+        for who in (name for name in seers if name in reports and name not in state.disqualified):
             # A player that reports too many at once is guessing: a scan shows a few robots at most.
             if len(reports[who]) > SIGHTINGS_AT_ONCE:
                 continue
@@ -227,6 +235,7 @@ class PursuitEvasion(RuleBook[State]):
                 n: outline_distance(pose, p, size, body.size)
                 for n, p in now.poses.items()
                 if n != name
+                and n not in self.scouts
                 and (body := self.contestants.get(n)) is not None
                 and math.hypot(p.x - pose.x, p.y - pose.y) <= near + circumradius(body.size)
             }
@@ -264,7 +273,7 @@ class PursuitEvasion(RuleBook[State]):
 
     def team_of(self, name: str) -> str:
         """The team of a player."""
-        return PURSUERS if self.contestants[name].role == PURSUER else INTRUDERS
+        return INTRUDERS if self.contestants[name].role == INTRUDER else PURSUERS
 
     def statuses(self, state: State, stage: Stage, now: Observation) -> list[PlayerStatus]:
         """The status of each player.
@@ -276,7 +285,7 @@ class PursuitEvasion(RuleBook[State]):
         misplaced = self.obstacles_to_start(state, now) if lining_up else {}
         statuses = []
         for name, contestant in self.contestants.items():
-            chases, own = contestant.role == PURSUER, state.states[name]
+            chases, own = contestant.role != INTRUDER, state.states[name]
             out = GAME.is_out(own) or name in state.disqualified
             statuses.append(
                 PlayerStatus(
@@ -288,7 +297,7 @@ class PursuitEvasion(RuleBook[State]):
                     radius=circumradius(contestant.size),
                     # Where an intruder waits tells its course, also if it is disqualified for now.
                     pose=now.poses.get(name) if out and own != WAITING else None,
-                    mark=self.posts[name] if chases else None,
+                    mark=self.posts.get(name, contestant.start if name in misplaced else None) if chases else None,
                 )
             )
         return statuses
@@ -302,10 +311,10 @@ class PursuitEvasion(RuleBook[State]):
         return self.settings.time
 
     def speed_limits(self) -> dict[str, float]:
-        """The same top speed for all players, that of the slowest robot, unless the match file has another."""
-        slowest = min(c.v_max for c in self.contestants.values())
+        """The same top speed for all on the ground, that of the slowest robot, unless the match file has another."""
+        slowest = min(c.v_max for c in self.contestants.values() if c.role != SCOUT)
         own = {PURSUER: self.settings.pursuer_speed or slowest, INTRUDER: self.settings.intruder_speed or slowest}
-        return {name: min(c.v_max, own[c.role]) for name, c in self.contestants.items()}
+        return {name: min(c.v_max, own.get(c.role, c.v_max)) for name, c in self.contestants.items()}
 
     def states_of(self, name: str) -> Sequence[str]:
         """The states into which an official may put an intruder. Those of pursuers follow from theirs."""

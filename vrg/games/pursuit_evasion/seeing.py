@@ -12,6 +12,8 @@ from vrg.types import Pose
 
 SIGHTING_REACH = 0.7
 """The distance in m between a sighting and the centre of the robot that it is of, at most."""
+MOVED = 0.2
+"""The distance in m by which a robot, or a camera above it, may have moved between a picture and the nearest look."""
 
 
 def nearest(sighting: Sighting, names: Iterable[str], poses: Mapping[str, Pose]) -> tuple[float, str]:
@@ -23,17 +25,22 @@ def nearest(sighting: Sighting, names: Iterable[str], poses: Mapping[str, Pose])
 def can_see(
     who: str, whom: str, poses: Mapping[str, Pose], contestants: Mapping[str, Contestant], walls: Sequence[Region]
 ) -> bool:
-    """True if a range finder of one player can meet another one.
+    """True if a range finder of one player can meet another one, or a camera that looks down can see it.
 
-    It can if the centre of the other's body or one of its corners is within what the range finder sweeps, and the
-    straight line to it goes through no wall and no third robot.
+    The first can if the centre of the other's body or one of its corners is within what the range finder sweeps, and
+    the straight line to it goes through no wall and no third robot, of those on the ground. A camera sees the centre
+    within its cone, or MOVED beside it.
     """
     if who not in poses:
         return False
+    if (camera := contestants[who].overview) is not None:
+        eye, there = poses[who], poses[whom]
+        if math.hypot(there.x - eye.x, there.y - eye.y) <= camera.reach(eye.z - there.z) + MOVED:
+            return True
     bodies = [
         Polygon(tuple(corners(pose, *contestants[name].size)))
         for name, pose in poses.items()
-        if name in contestants and name not in (who, whom)
+        if name in contestants and name not in (who, whom) and not pose.z
     ]
     there = poses[whom]
     for sweep in contestants[who].sweeps:

@@ -12,6 +12,7 @@ MODELS: Registry[RobotModel] = Registry(
         "P2AT": "vrg.hal.models.pioneer:P2AT",
         "ATRV-Jr": "vrg.hal.models.atrv_jr:ATRV_JR",
         "TurtleBot3": "vrg.hal.models.turtlebot:TURTLEBOT3",
+        "Crazyflie": "vrg.hal.models.crazyflie:CRAZYFLIE",
     },
     lambda found: None if isinstance(found, RobotModel) else "expected a RobotModel",
 )

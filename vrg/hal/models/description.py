@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from vrg.hal.actuators import Actuator
-from vrg.hal.models.drivetrain import Drivetrain
+from vrg.hal.models.drivetrain import Drivetrain, Multirotor
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.types import Twist, Vector
 
@@ -13,7 +13,7 @@ P = TypeVar("P", bound=SensorSpec)
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """A robot on wheels.
+    """A robot, on wheels or in the air.
 
     Args:
         name: the model's name in match files.
@@ -57,6 +57,11 @@ class RobotModel:
     def size(self) -> Vector:
         """The length and width of the body, m."""
         return self.length, self.width
+
+    @property
+    def flies(self) -> Multirotor | None:
+        """Its drivetrain if it flies, or else None."""
+        return self.drivetrain if isinstance(self.drivetrain, Multirotor) else None
 
     @property
     def scanner(self) -> SensorSpec | None:

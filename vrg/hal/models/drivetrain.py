@@ -118,8 +118,8 @@ class Drivetrain:
         Args:
             twist: finite. v_max: m/s; below 0 it counts as 0.
         """
-        if twist.side and not self.holonomic:
-            twist = Twist(twist.v, twist.w)
+        if twist.climb or (twist.side and not self.holonomic):
+            twist = Twist(twist.v, twist.w, twist.side if self.holonomic else 0.0)
         limit = self._fastest_rate * max(0.0, v_max)
         fastest = max(map(abs, self.speeds(twist)))
         if fastest <= limit * LIMIT_ROUNDING:
@@ -145,6 +145,52 @@ class Drivetrain:
         # What is nearly 0 is 0: the body cannot move so.
         ahead, turn, across = (round(mean, 12) / self.wheel_radius for mean in means)
         return ahead, turn, across
+
+
+@dataclass(frozen=True, kw_only=True)
+class Multirotor(Drivetrain):
+    """The drivetrain of a robot with rotors: it moves in any direction, and up and down.
+
+    What it is commanded are velocities, which it reaches as a first-order system does, so its axes are velocities, too:
+    ahead in m/s, to the left in m/s, and the turn rate. See `multirotor`.
+
+    Args:
+        climb: the greatest speed up and down, m/s. response: the time constant of its velocities, s.
+        cruise: the height to which it takes off, m. ceiling: the greatest height, m.
+        hover: the power that keeps it in the air, W.
+    """
+
+    climb: float
+    response: float
+    cruise: float
+    ceiling: float
+    hover: float
+
+    def limited(self, twist: Twist, v_max: float) -> Twist:
+        """Return the motion, slowed down to `v_max` over the ground and to `climb`; see `Drivetrain.limited`."""
+        most = self.climb if v_max > 0.0 else 0.0
+        climb = min(max(twist.climb, -most), most)
+        flat = super().limited(Twist(twist.v, twist.w, twist.side), v_max)
+        fastest = math.hypot(flat.v, flat.side)
+        scale = max(0.0, v_max) / fastest if fastest > max(0.0, v_max) * LIMIT_ROUNDING else 1.0
+        if scale == 1.0 and climb == twist.climb and flat.w == twist.w and (flat.v, flat.side) == (twist.v, twist.side):
+            return twist
+        return Twist(flat.v * scale, flat.w, flat.side * scale, climb)
+
+
+def multirotor(
+    *, v_max: float, w_max: float, climb: float, response: float, cruise: float, ceiling: float, hover: float
+) -> Multirotor:
+    """The drivetrain of a robot with rotors.
+
+    Args:
+        v_max: its top speed over the ground, m/s. w_max: its top turn rate, rad/s. The others: see `Multirotor`.
+    """
+    return Multirotor(
+        axes=("ahead", "left", "turn"), wheels=(), wheel_radius=1.0, wheel_width=0.0,
+        rates=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, v_max / w_max, 0.0)),
+        climb=climb, response=response, cruise=cruise, ceiling=ceiling, hover=hover,
+    )  # fmt: skip
 
 
 def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]]:

@@ -18,6 +18,8 @@ SENSORS: Registry[type[SensorSpec]] = Registry(
         "encoders": "vrg.hal.sensors.encoders:EncodersSpec",
         "gps": "vrg.hal.sensors.gps:GpsSpec",
         "ins": "vrg.hal.sensors.ins:InsSpec",
+        "altimeter": "vrg.hal.sensors.downward:AltimeterSpec",
+        "overview": "vrg.hal.sensors.downward:OverviewSpec",
         "laser": "vrg.hal.sensors.laser:LaserSpec",
         "odometry": "vrg.hal.sensors.odometry:OdometrySpec",
         "sonar": "vrg.hal.sensors.sonar:SonarSpec",

@@ -16,7 +16,7 @@ class Ins(SensorMessage, frozen=True, kw_only=True):
     """
 
     kind = "ins"
-    version = 2
+    version = 3
 
     pose: Pose
     uncertainty: Uncertainty | None = None

@@ -75,6 +75,8 @@ class Bodies:
         longest = [max(a.reach for a in m.actuators) if m.actuators else 0.0 for m in engine.models] if engine else []
         radii = [robot.form.radius for robot in self._robots]
         self._reaches: Floats = np.array([r + max(0.1, far) for r, far in zip(radii, longest, strict=True)])
+        if engine is not None:  # what flies gives way to all, and so moves none
+            self._reaches[[row for row, model in enumerate(engine.models) if model.flies]] = -math.inf
         self._forces = [] if engine is None else [DRIVE * m.brake * m.mass for m in engine.models]
         """The force with which each robot can push, N."""
         self._places: Floats = np.array([(wall.x, wall.y, wall.form.radius) for wall in self._walls]).reshape(-1, 3)
@@ -224,7 +226,7 @@ class Bodies:
             return []
         x, y, radius = np.array([(b.x, b.y, b.form.radius) for b in self._bodies]).T[:, :, None]
         fastest = max(hypot(b.vx, b.vy) for b in self._bodies)
-        dx, dy, far = x - after[:, 0], y - after[:, 1], radius + self._reaches + dt * fastest
+        dx, dy, far = x - after[:, 0], y - after[:, 1], np.maximum(radius + self._reaches + dt * fastest, 0.0)
         numbers, rows = (dx * dx + dy * dy < far * far).nonzero()
         return list(zip(numbers.tolist(), rows.tolist(), strict=True))
 

@@ -222,6 +222,9 @@ def _require_room(world: World, name: str, model: RobotModel, pose: Pose, leavin
     if problem is not None:
         raise WorldError(f"robot {name}: {problem}")
     for other in world.names:
-        if other != name and other not in leaving and overlap(model, pose, world.model(other), world.pose(other)):
+        there = world.pose(other)
+        if there.z > model.height:
+            continue  # it flies above
+        if other != name and other not in leaving and overlap(model, pose, world.model(other), there):
             kind = ", a physical robot" if other not in world.virtual else ""
             raise WorldError(f"place {name}: expected room, but it would overlap {other}{kind}")

@@ -17,12 +17,14 @@ from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import RobotModel
 from vrg.hal.permission import Permission
 from vrg.portable.scalars import total
-from vrg.types import STILL, Pose, Twist, Uncertainty
+from vrg.types import LEVEL, STILL, Pose, Twist, Uncertainty
 
 EXTRAPOLATE = 0.2
 """The match time in s after a measurement for which a body goes on at the measured velocity; then it stands still."""
 GRAVITY = 9.81
 """The acceleration of gravity in m/s^2."""
+STANDS = 0.05
+"""The measured height in m up to which a robot stands on the ground: that of one that stands is never 0 exactly."""
 _FAR = 1e5
 """The largest coordinate that a message may hold, m."""
 _EMPTY = "battery empty: motors are off"
@@ -210,7 +212,8 @@ class Ghost:
         """Its pose at match time `now` and the velocity of its body, which is 0 once it stands still."""
         age = max(0.0, now - self._stamp)
         pose = along_arc(self._pose, self._twist, min(age, EXTRAPOLATE))
-        pose = Pose(max(-_FAR, min(pose.x, _FAR)), max(-_FAR, min(pose.y, _FAR)), pose.theta)
+        x, y, z = (max(-_FAR, min(each, _FAR)) for each in (pose.x, pose.y, pose.z))
+        pose = Pose(x, y, pose.theta, z if z > STANDS else LEVEL)
         return pose, self._twist if age <= EXTRAPOLATE else STILL
 
     def mark(self, twist: Twist, now: float) -> BodyMark:
@@ -232,6 +235,8 @@ class Batteries:
         angles: shape (robots, axes): the angles turned so far, rad.
         velocities: shape (robots, 3): v, w and the speed to the left now, m/s and rad/s.
 
+    What flies needs the power to hover besides, as long as it is in the air.
+
     Attributes:
         charge: the charge of each battery: shape (robots,), from 1 (full) to 0 (empty).
     """
@@ -242,16 +247,24 @@ class Batteries:
         self._idle = np.array([m.idle_w for m in models])
         self._drag = np.array([m.mass * GRAVITY * m.rolling / m.drive_efficiency for m in models])
         self._inertia = np.array([m.mass / 2 / m.drive_efficiency for m in models])
+        hover = [0.0 if m.flies is None else m.flies.hover for m in models]
+        self._hover = np.array(hover) if any(hover) else None
         self._per_rad = np.array([1 / total(abs(ahead) for ahead, _, _ in m.drivetrain.rates) for m in models])
         self._angles, self._squared = angles.copy(), _squared_speed(velocities)
         self.draw(0.0, angles, velocities)
 
-    def draw(self, dt: float, angles: Floats, velocities: Floats) -> None:
-        """Subtract the energy that the robots have drawn in the dt seconds since the last call; see the class."""
+    def draw(self, dt: float, angles: Floats, velocities: Floats, heights: Floats | None = None) -> None:
+        """Subtract the energy that the robots have drawn in the dt seconds since the last call; see the class.
+
+        Args:
+            heights: shape (robots,): of the robots above the ground, m; None if all are on it.
+        """
         way = np.abs(angles - self._angles).sum(axis=1) * self._per_rad
         squared = _squared_speed(velocities)
         gain = np.maximum(squared - self._squared, 0.0)
         self.used += self._idle * dt + self._drag * way + self._inertia * gain
+        if self._hover is not None and heights is not None:
+            self.used += np.where(heights > 0.0, self._hover, 0.0) * dt
         self._angles, self._squared = angles.copy(), squared
         self.charge: Floats = np.maximum(1.0 - self.used / self._capacity, 0.0)
 

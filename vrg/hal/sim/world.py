@@ -19,14 +19,15 @@ from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.bodies import Bodies
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim.engines.air import AirEngine
 from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.robot import Batteries, Ghost, VirtualRobot
-from vrg.hal.sim.sensors.base import Instant, Measured, Surroundings
+from vrg.hal.sim.sensors.base import NO_HEIGHTS, Instant, Measured, Surroundings
 from vrg.hal.sim.sensors.suite import Frame, SensorSuite
 from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
 from vrg.hal.sim.uses import Uses
-from vrg.types import Pose, Twist
+from vrg.types import LEVEL, Pose, Twist
 
 _BATTERY_TICKS = 10
 """The number of ticks between two energy balances."""
@@ -73,7 +74,9 @@ class World:
             kept = before.get(setup.name)
             pose, angles = (seen.get(setup.name, setup.pose), ()) if kept is None else (kept.pose, kept.angles)
             starts.append(Start(setup.name, setup.description, pose, setup.physical, angles))
-        self._engine = engine = ENGINES.get(config.engine)(self.map, starts)
+        ground, flying = ENGINES.get(config.engine), any(start.model.flies for start in starts)
+        self._engine = engine = AirEngine(ground, self.map, starts) if flying else ground(self.map, starts)
+        self._flying = flying
         self._robots: list[VirtualRobot | Ghost] = [
             Ghost(start.name, start.pose, self.time) if start.kinematic else VirtualRobot(start.name, start.model, row)
             for row, start in enumerate(starts)
@@ -159,7 +162,9 @@ class World:
         Raises:
             WorldError: there is no such robot.
         """
-        return Pose(*self._engine.poses[self._engine.row(name)].tolist())
+        row = self._engine.row(name)
+        x, y, theta = self._engine.poses[row].tolist()
+        return Pose(x, y, theta, float(self._engine.heights[row]) or LEVEL)
 
     def drive(self, name: str, twist: Twist, armed: bool, use: Mapping[str, float] = UNUSED) -> None:
         """Take in a drive command. One for a robot that is not in the world is ignored."""
@@ -202,6 +207,7 @@ class World:
         """Latch or release the emergency stop. After a release no robot moves until it is armed again."""
         self.estop, self._settled_until = engaged, -math.inf
         if engaged:
+            self._engine.cut()
             for robot in self._virtual.values():
                 robot.stop()
 
@@ -223,7 +229,9 @@ class World:
             return
         row = self.robot(name).row
         self.bodies.open(row)
-        self._engine.place(name, pose)
+        drivetrain = self._engine.models[row].flies
+        height = 0.0 if drivetrain is None else min(max(pose.z, 0.0), drivetrain.ceiling)
+        self._engine.place(name, Pose(pose.x, pose.y, pose.theta, height or LEVEL))
         self._sensors.placed(name)
         self._batteries.place(row)
 
@@ -244,7 +252,7 @@ class World:
             for push in self.bodies.step(self.config.tick, before, engine.poses, engine.velocities, pulls):
                 engine.push(push)
         if self.tick % _BATTERY_TICKS == 0:
-            self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities)
+            self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities, engine.heights)
             self._find_empty()
 
     def _decide(self, now: float) -> None:
@@ -286,15 +294,17 @@ class World:
 
     def poses_later(self) -> Callable[[], Poses]:
         """A function that returns what `poses` returns now, at any time."""
-        now, places = self.time, self._engine.poses.copy()
-        twists = [Twist(*velocity) for velocity in self._engine.velocities.tolist()]
+        engine, now = self._engine, self.time
+        places = np.column_stack((engine.poses, engine.heights)) if self._flying else engine.poses.copy()
+        moving = np.column_stack((engine.velocities, engine.climbs)) if self._flying else engine.velocities
+        twists = [Twist(*velocity) for velocity in moving.tolist()]
         lost = {name for name, seen in self.tracked.items() if seen.age(now) > LOST}
         things = tuple(Thing(n, Pose(b.x, b.y, b.theta), b.vx, b.vy, b.w, n in lost) for n, b in self.bodies)
         marks = [robot.mark(twist, now) for robot, twist in zip(self._robots, twists, strict=True)]
 
         def make() -> Poses:
             rows = zip(self._robots, places.tolist(), twists, marks, strict=True)
-            bodies = tuple(Body(r.name, Pose(*at), twist, *mark) for r, at, twist, mark in rows)
+            bodies = tuple(Body(r.name, _pose(*at), twist, *mark) for r, at, twist, mark in rows)
             return Poses(bodies=bodies, things=things)
 
         return make
@@ -340,6 +350,7 @@ class World:
             engine.angles,
             self.bodies.pressed(engine.touch, engine.models, engine.poses),
             self._batteries.charge,
+            engine.heights if self._flying else NO_HEIGHTS,
             {name for name, until in self._pictures.items() if until > now},
             self.bodies.standing(),
         )
@@ -350,3 +361,7 @@ class World:
             empty = charges[robot.row] <= 0.0
             if empty != robot.empty:  # what it says of itself changes now, and what it does at the next tick
                 robot.empty, self._settled_until, self._decided = empty, -math.inf, True
+
+
+def _pose(x: float, y: float, theta: float, z: float = LEVEL) -> Pose:
+    return Pose(x, y, theta, z or LEVEL)

@@ -29,6 +29,7 @@ from vrg.regions import Polygon as Outlined
 from vrg.types import Pose
 from vrg.ui.letters import png_of
 from vrg.ui.palette import INK
+from vrg.ui.plots.heights import HEIGHTS, heights
 from vrg.ui.plots.plotted import Colour, Labels, draw_figures, rgb
 from vrg.ui.plots.thoughts import Thoughts
 from vrg.ui.scene import JUMP, clock_text
@@ -75,7 +76,7 @@ def plot_trajectories(
     with the player, the play clock and who else took part; where there are many, their numbers stand for that, and the
     legend tells it. Where the game is not installed here, every call that has a place is marked. Small dots are what
     players have seen, and thin dashed lines what a player sketched when a call was made, where the game asks for that.
-    Thin lines are bodies, such as a ball.
+    Thin lines are bodies, such as a ball. Of robots that flew, a second picture beside it, HEIGHTS, has the heights.
 
     Args:
         recording: an MCAP file, its parts, or tracks read from one.
@@ -133,6 +134,8 @@ def plot_trajectories(
         handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6, ncols=columns
     )
     write_whole(out_png, png_of(figure, bbox_inches="tight", pad_inches=0.15))
+    if flown := {name: track for name, track in tracks.items() if track.z.size}:
+        write_whole(out_png.with_name(HEIGHTS), png_of(heights(flown, shown.game), bbox_inches="tight"))
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from vrg.colours import Rgb, hexadecimal
 from vrg.figures import ORIGIN
 from vrg.games import game_of, look
 from vrg.games.game import title
+from vrg.types import Pose
 from vrg.ui import palette, picture
 from vrg.ui.banner import Banner, Help, banners
 from vrg.ui.deeds import deed, hindrance
@@ -130,7 +131,7 @@ def looks(scene: Scene) -> dict[str, Any]:
 
 
 def _body(scene: Scene, body: SceneBody, short: str) -> dict[str, Any]:
-    here = replace(body, pose=ORIGIN)
+    here = replace(body, pose=Pose(0.0, 0.0, 0.0, body.pose.z))
     return {
         "name": body.name,
         "size": (round(body.length, 2), round(body.width, 2)),
@@ -139,6 +140,11 @@ def _body(scene: Scene, body: SceneBody, short: str) -> dict[str, Any]:
         "ring": look.around(body.name, ORIGIN, (body.length, body.width)),
         "trail": look.trail(game_of(scene.game).style(body.role, body.state).colour),
     }
+
+
+def _tenths(body: SceneBody) -> float:
+    """The height of a body as it is written, m."""
+    return round(body.pose.z, 1)
 
 
 def _player(scene: Scene, player: ScenePlayer) -> dict[str, Any]:
@@ -166,8 +172,8 @@ def frame(scene: Scene) -> dict[str, Any]:
     Returns:
         `time` (match time, s), `clock` (as it is written), `left` (the time that is left, in words), `rate`, `bodies`
         (x, y in m, heading in rad each), `speeds` (of the players, m/s, or None),
-        `objects` (x, y in m, heading in rad each), `flashes` (figures), and `around`: figures about bodies that are
-        not known well, with the number of the body.
+        `objects` (x, y in m, heading in rad each), `flashes` (figures), and `around`: figures around bodies that are
+        not known well or in the air, with the number of the body.
     """
     return {
         "t": "frame",
@@ -179,11 +185,7 @@ def frame(scene: Scene) -> dict[str, Any]:
         "speeds": [None if p.speed is None or p.out_of_play else round(p.speed, 1) + 0.0 for p in scene.players],
         "objects": [(*_point(*thing.at), round(thing.heading, 3)) for thing in scene.objects],
         "flashes": picture.flashes(scene),
-        "around": [
-            (number, figure)
-            for number, body in enumerate(scene.bodies)
-            if (figure := picture.uncertain(body)) is not None
-        ],
+        "around": [(number, figure) for number, body in enumerate(scene.bodies) for figure in picture.around(body)],
     }
 
 
@@ -195,7 +197,9 @@ def parts(scene: Scene, kept: dict[str, tuple[object, str]] | None = None) -> di
             date.
     """
     kept = {} if kept is None else kept
-    bodies = tuple((b.name, b.length, b.width, b.role, b.state, b.physical, b.out_of_play) for b in scene.bodies)
+    bodies = tuple(
+        (b.name, b.length, b.width, b.role, b.state, b.physical, b.out_of_play, _tenths(b)) for b in scene.bodies
+    )
     players = tuple((player.name, player.role, player.state, player.mark) for player in scene.players)
     made_of = {
         "ground": (scene.game, scene.zones, scene.obstacles, scene.starts),

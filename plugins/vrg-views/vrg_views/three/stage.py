@@ -247,8 +247,8 @@ def _flashes(scene: Scene) -> Batch:
 
 
 def _poses(poses: Sequence[Pose]) -> tuple[Floats, Floats]:
-    flat = np.array([(pose.x, pose.y, 0.0) for pose in poses], dtype=np.float32)
-    return flat, _turned(np.array([pose.theta for pose in poses]))
+    places = np.array([(pose.x, pose.y, pose.z) for pose in poses], dtype=np.float32)
+    return places, _turned(np.array([pose.theta for pose in poses]))
 
 
 def _turned(yaw: npt.NDArray[np.float64], pitch: npt.NDArray[np.float64] | float = 0.0) -> Floats:

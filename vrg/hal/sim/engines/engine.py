@@ -75,6 +75,8 @@ class Engine(ABC):
         kinematic: shape (robots,): True for a body that only `move` moves.
         poses: shape (robots, 3): x, y in m, heading in rad within -pi..pi.
         velocities: shape (robots, 3): v in m/s, w in rad/s, and the speed to the left in m/s.
+        heights: shape (robots,): the height of each above the ground, m. climbs: its speed upwards, m/s. Only those of
+            aerial robots are ever not 0.
         angles: shape (robots, axes): the angles that the axes of their drivetrains have turned, rad. A robot that has
             fewer axes than another one has zeros in the last columns.
         speeds: shape (robots, axes): the speeds of the axes that the motors have reached, rad/s.
@@ -92,6 +94,8 @@ class Engine(ABC):
         poses = [(robot.pose.x, robot.pose.y, wrap(robot.pose.theta)) for robot in robots]
         self.poses: Floats = np.array(poses, dtype=np.float64).reshape(-1, 3)
         self.velocities: Floats = np.zeros((count, 3))
+        self.heights: Floats = np.zeros(count)
+        self.climbs: Floats = np.zeros(count)
         self.angles: Floats = np.zeros((count, axes))
         for row, robot in enumerate(robots):
             self.angles[row, : len(robot.angles)] = robot.angles
@@ -115,6 +119,7 @@ class Engine(ABC):
         """
         row = self.row(name)
         self.poses[row] = pose.x, pose.y, wrap(pose.theta)
+        self.heights[row], self.climbs[row] = pose.z, 0.0
         self.velocities[row] = self.speeds[row] = 0.0
         self.touch[row] = 0
         self._placed(row)
@@ -168,6 +173,9 @@ class Engine(ABC):
         self.velocities[row] += push.vx * cos + push.vy * sin, push.w, push.vy * cos - push.vx * sin
         self.poses[row, :2] += push.dx, push.dy
         self._pushed(push)
+
+    def cut(self) -> None:  # noqa: B027 - on the ground, wheels that are locked are all that there is
+        """Switch off the rotors of all that fly, at once."""
 
     @property
     def masses(self) -> list[float]:

@@ -23,6 +23,7 @@ from vrg.portable.arrays import normals
 
 Floats = npt.NDArray[np.float64]
 
+NO_HEIGHTS: Floats = np.zeros(0)
 _BLOCK = 256
 """The number of readings whose noise is drawn at once, because drawing at every reading would be slow."""
 
@@ -112,6 +113,7 @@ class Instant(Struct, frozen=True, gc=False):
         angles: shape (robots, axes): the angles that the axes of their drivetrains have turned, rad.
         touch: one number per robot; bit n is set if bumper n is in contact.
         charge: the charge of each battery, from 1 (full) to 0 (empty).
+        heights: shape (robots,): the height of each above the ground, m; NO_HEIGHTS where none flies.
         cameras: the names of the robots of whose cameras pictures are requested.
         things: the passive bodies.
     """
@@ -124,13 +126,32 @@ class Instant(Struct, frozen=True, gc=False):
     angles: Floats
     touch: Sequence[int]
     charge: Floats
+    heights: Floats = NO_HEIGHTS
     cameras: Collection[str] = ()
     things: Sequence[Thing] = ()
 
     def kept(self) -> "Instant":
         """The same, in arrays that the engine does not change."""
         poses, velocities, angles = self.poses.copy(), self.velocities.copy(), self.angles.copy()
-        return structs.replace(self, poses=poses, velocities=velocities, angles=angles, touch=tuple(self.touch))
+        heights = self.heights.copy() if len(self.heights) else NO_HEIGHTS
+        return structs.replace(
+            self, poses=poses, velocities=velocities, angles=angles, touch=tuple(self.touch), heights=heights
+        )
+
+    def level(self, row: int, above: float) -> tuple[float, list[int]]:
+        """The height above the ground of a sensor that is `above` m on a robot, and the rows of the robots it can see.
+
+        From the ground it sees all that is on the ground, as each is taken to be as high as it. Of what flies it sees,
+        and one that flies sees, only what is at its height.
+        """
+        heights = self.heights.tolist()
+        at = heights[row] + above
+        seen = [
+            n
+            for n, (bottom, model) in enumerate(zip(heights, self.models, strict=True))
+            if bottom <= at <= bottom + model.height or (heights[row] == bottom == 0.0)
+        ]
+        return at, seen
 
 
 class SensorSimulation(Generic[P]):

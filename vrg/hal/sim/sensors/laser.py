@@ -1,6 +1,7 @@
 """The simulation of planar laser range finders: rays, noise and resolution. It uses no bus and no clock."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,13 +37,19 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         if not due:
             return []
         self.look(now.models, now.poses)
-        alike: dict[tuple[float, ...], list[Mounted[LaserSpec]]] = {}
+        alike: dict[tuple[Any, ...], list[Mounted[LaserSpec]]] = {}
         for m in due:
-            height = m.spec.height if now.things else 0.0
-            alike.setdefault((m.spec.beams, m.spec.fov, m.spec.range_max, m.spec.resolution, height), []).append(m)
+            height, seen = m.spec.height if now.things else 0.0, None
+            if len(now.heights):
+                height, rows = now.level(m.row, m.spec.height)
+                seen = tuple(rows)
+            kind = m.spec.beams, m.spec.fov, m.spec.range_max, m.spec.resolution, seen, height
+            alike.setdefault(kind, []).append(m)
         scans: dict[tuple[str, str], Floats32] = {}
         # Those with the same beams are computed together, which is faster than one by one.
-        for (*_, height), group in alike.items():
+        for (*_, seen, height), group in alike.items():
+            if seen is not None:
+                self.look([now.models[row] for row in seen], now.poses[list(seen)])
             self._seen = among_things(self._edges, self._discs, now.things, height)
             numbers = [now.tick // m.spec.due_every(now.dt) for m in group]
             poses = now.poses[[m.row for m in group]]

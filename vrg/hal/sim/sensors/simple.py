@@ -64,8 +64,11 @@ class InsSimulation(SensorSimulation[InsSpec]):
         due = self.due(now)
         if not due:
             return []
-        poses = now.poses[[m.row for m in due]]
+        rows = [m.row for m in due]
+        poses = now.poses[rows]
         if self.surroundings.noise:
             own = [self._index[m.robot, m.spec.name] for m in due]
             poses += self._noise.at(now.tick)[own] * self._deviations[own]
+        if len(now.heights):  # a barometer smooths it, so that it has hardly any noise
+            poses = np.column_stack((poses, now.heights[rows]))
         return [(m.robot, m.spec.name, Ins(pose=Pose(*pose))) for m, pose in zip(due, poses.tolist(), strict=True)]

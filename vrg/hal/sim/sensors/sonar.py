@@ -31,7 +31,8 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         due = self.due(now)
         if not due:
             return []
-        among = among_robots(self._static, now.models, now.poses)
+        rows = [row for row in range(len(now.models)) if not len(now.heights) or now.heights[row] == 0.0]
+        among = among_robots(self._static, [now.models[row] for row in rows], now.poses[rows])
         edges, discs = among_things(among, self.surroundings.map_.discs, now.things, 0.0)  # a cone widens upwards, too
         readings: list[Measured] = []
         # All rings of one kind at once: that takes a quarter of the time of one after the other.
