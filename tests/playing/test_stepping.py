@@ -325,7 +325,7 @@ def test_what_comes_too_late_is_forgotten_but_for_a_failure(home: Path) -> None:
     options: Any = {"sealed": False, "deadline": 0.0, "write": written.append}
     strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options).made()
     view = seen(setup)
-    for late in (Decision((0.1, 0.0, 0.0), Payload(), "-"), Failed("it is out of fuel", final=True)):
+    for late in (Decision((0.1, 0.0, 0.0, 0.0), Payload(), "-"), Failed("it is out of fuel", final=True)):
         strategy.send(view)
         with pytest.raises(ForfeitError):
             strategy.act(view)
@@ -375,7 +375,7 @@ def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
     strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False).made()
     view = seen(setup, bytes(5_000_000))
-    process.theirs.sendall(frame(Decision((0.1, 0.0, 0.0), Payload(), "-")))
+    process.theirs.sendall(frame(Decision((0.1, 0.0, 0.0, 0.0), Payload(), "-")))
     strategy.send(view)
     assert strategy.act(view).twist.v == 0.1
     strategy.send(view)

@@ -28,6 +28,7 @@ from vrg_views.three.shapes import band, circle, prism, sheet, star
 from vrg_views.three.stage import _LIFT, Batch, BatchMaker, fan, trails
 
 P2AT = robot_model("P2AT")
+CRAZYFLIE = robot_model("Crazyflie")
 ORIGIN = Pose(0.0, 0.0, 0.0)
 MODELS = (P2AT, robot_model("ATRV-Jr"), OMNI)
 
@@ -71,6 +72,20 @@ def test_a_robot_is_as_large_as_its_model_and_stands_on_its_wheels(model) -> Non
     assert 0.0 < low[2] < model.drivetrain.wheel_radius
     assert model.height < high[2] < 1.5 * model.height
     assert look.tyre.vertices[:, 2].max() == pytest.approx(model.drivetrain.wheel_radius, rel=0.01)
+
+
+def test_a_robot_with_rotors_is_as_large_as_its_model_and_its_shade_lies_on_the_ground() -> None:
+    look = robot_look(CRAZYFLIE)
+    for part in (look.paint, look.dark, look.light):
+        assert volume(part) > 0.0
+    low, high = look.paint.vertices.min(axis=0), look.paint.vertices.max(axis=0)
+    assert high[:2] - low[:2] == pytest.approx(CRAZYFLIE.size, abs=2e-3)
+    assert (low[2], high[2]) == pytest.approx((0.0, CRAZYFLIE.height))
+    found = batches(BatchMaker({"nemo": CRAZYFLIE}, P2AT), Scene(bodies=(body(pose=Pose(1.0, 2.0, 0.0, 0.8)),)))
+    assert found["robots/Crazyflie/paint"].places[0] == pytest.approx((1.0, 2.0, 0.8))
+    assert "robots/Crazyflie/tyres" not in found
+    assert found["shades"].places[0, 2] == pytest.approx(found["rings"].places[0, 2], abs=0.05)
+    assert 0.0 < found["shades"].places[0, 2] < 0.1
 
 
 @pytest.mark.parametrize("marker", Marker)

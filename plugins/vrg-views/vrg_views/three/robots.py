@@ -25,8 +25,8 @@ class RobotLook:
 
     Args:
         paint: in the colour of its role. dark: rubber and windows. light: lamps and the housing of the range finder.
-        tyre, hub: of one wheel, about its axle along y. roof: the height at which its marker lies, m.
-        eye: the viewpoint of a driver in it: how far ahead and how high, m.
+        tyre, hub: of one wheel, about its axle along y; empty for what flies. roof: the height at which its marker
+            lies, m. eye: the viewpoint of a driver in it: how far ahead and how high, m.
     """
 
     paint: Mesh
@@ -42,6 +42,8 @@ class RobotLook:
 def robot_look(model: RobotModel) -> RobotLook:
     """The parts of a robot of this model. Its drivetrain decides where the hull fits between the wheels."""
     train = model.drivetrain
+    if not train.wheels:
+        return _multirotor_look(model)
     radius, length, width = train.wheel_radius, model.length, model.width
     beside = [abs(wheel.y) for wheel in train.wheels if abs(math.sin(wheel.heading)) < 0.5]
     narrow = 2 * min(beside) - train.wheel_width - 0.02 if beside else 0.7 * width
@@ -90,6 +92,28 @@ def robot_look(model: RobotModel) -> RobotLook:
         roof=roof,
         eye=eye,
     )
+
+
+def _multirotor_look(model: RobotModel) -> RobotLook:
+    """A pod in the middle, from which four arms lead to rotors at the corners."""
+    length, width, height = model.length, model.width, model.height
+    radius = 0.24 * min(length, width)
+    x, y = length / 2 - radius, width / 2 - radius
+    corners = [(x, y), (-x, y), (-x, -y), (x, -y)]
+    reach, thick = math.hypot(x, y), 0.03 * min(length, width)
+    arms = [
+        prism([(reach * c + thick * s, reach * s - thick * c), (reach * c - thick * s, reach * s + thick * c),
+               (-reach * c - thick * s, -reach * s + thick * c), (-reach * c + thick * s, -reach * s - thick * c)],
+              0.3 * height, 0.5 * height)
+        for c, s in ((x / reach, y / reach), (-x / reach, y / reach))
+    ]  # fmt: skip
+    pod = prism(rounded(0.34 * length, 0.34 * width, 0.05 * width), 0.0, 0.7 * height, 0.02 * width)
+    rotors = [prism(circle(radius), 0.85 * height, height).moved(*corner) for corner in corners]
+    lamp = prism(rounded(0.04 * length, 0.12 * width, 0.01 * width), 0.2 * height, 0.5 * height).moved(0.18 * length)
+    return RobotLook(
+        paint=joined([pod, *rotors]), dark=joined(arms), light=lamp, tyre=joined([]), hub=joined([]), roof=height,
+        eye=(0.2 * length, height),
+    )  # fmt: skip
 
 
 def _housing(bottom: float, beam: float) -> Mesh:

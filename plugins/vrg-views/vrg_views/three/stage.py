@@ -102,6 +102,8 @@ class BatchMaker:
             )
         ]
         wheels = model.drivetrain.wheels
+        if not wheels:
+            return found
         rolled = np.concatenate([self._roll(body, model) for body in bodies])
         spots = np.array([(w.x, w.y, model.drivetrain.wheel_radius) for w in wheels], dtype=np.float32)
         yaw = np.array([[b.pose.theta + w.heading for w in wheels] for b in bodies]).ravel()
@@ -130,7 +132,7 @@ class BatchMaker:
         return self._rolled[body.name][1]
 
     def _signs(self, scene: Scene, styles: Mapping[str, Style]) -> list[Batch]:
-        """On each robot the sign of its role, below it its shade and a ring, and the marks where players line up."""
+        """On each robot the sign of its role, on the ground below its shade and a ring, and where players line up."""
         bodies = scene.bodies
         if not bodies:
             return []
@@ -147,12 +149,13 @@ class BatchMaker:
             name = f"signs/{marker.value}"
             found.append(Batch(name, marker_mesh(marker), tops, turns, _floats(worn), white, casts=False))
         sizes = _floats([(body.length, body.width, 1.0) for body in bodies])
-        black, low = _same((0, 0, 0), len(bodies)), places + _floats((0.0, 0.0, 0.8 * _LIFT))
+        ground = places * _floats((1.0, 1.0, 0.0))
+        black, low = _same((0, 0, 0), len(bodies)), ground + _floats((0.0, 0.0, 0.8 * _LIFT))
         found.append(Batch("shades", _SHADE, low, turns, sizes, black, casts=False, opacity=0.4))
         tints = np.array([styles[body.name].colour for body in bodies], dtype=np.uint8)
         physical = np.array([[body.physical] for body in bodies])
         wide = [math.hypot(body.length, body.width) * (not body.out_of_play) for body in bodies]
-        rings, low = _floats([(size, size, 1.0) for size in wide]), places + _floats((0.0, 0.0, _LIFT))
+        rings, low = _floats([(size, size, 1.0) for size in wide]), ground + _floats((0.0, 0.0, _LIFT))
         still = _turned(np.zeros(len(bodies)))
         found.append(Batch("rings", _RING, low, still, rings, np.where(physical, white, tints), casts=False))
         marks = {player.name: player.mark for player in scene.players if player.mark is not None}
