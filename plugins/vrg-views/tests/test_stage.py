@@ -167,6 +167,8 @@ def test_trails_lead_to_the_robots_and_fade() -> None:
     assert ends <= {tuple(np.round(point[:2].astype(float), 3)) for point in lines.points[:, 1]}
     assert lines.points.shape == lines.colours.shape
     assert len(trails(Scene()).points) == 0
+    [[foot, top]] = trails(Scene(bodies=(body(pose=Pose(1.0, 2.0, 0.0, 0.8)),))).points
+    assert (foot[0], foot[1], *top) == pytest.approx((1.0, 2.0, 1.0, 2.0, 0.8))
 
 
 def test_a_scan_covers_the_ground_that_it_has_found_free() -> None:

@@ -44,12 +44,14 @@ def check_unknown(command: Sequence[str], place: Path, title: str) -> None:
         command, cwd=place, env=environment, stdin=subprocess.PIPE, stdout=said, stderr=said
     ) as process:  # fmt: skip
         try:
-            deadline = time.monotonic() + _PATIENCE
-            while process.poll() is None and not (sealed := _sealed(process.pid, title)):
+            deadline, found = time.monotonic() + _PATIENCE, dict[int, int]()
+            while process.poll() is None and not found:
                 assert time.monotonic() < deadline, (place / "said").read_text()
                 time.sleep(0.05)
+                for pid in _sealed(process.pid, title):
+                    with contextlib.suppress(ProcessLookupError, FileNotFoundError):  # it has ended meanwhile
+                        found[pid] = _memory(pid).count(SECRET.encode())
             assert process.poll() is None, (place / "said").read_text()
-            found = {pid: _memory(pid).count(SECRET.encode()) for pid in sealed}
             assert set(found.values()) == {0}, found
         finally:
             with contextlib.suppress(psutil.NoSuchProcess):

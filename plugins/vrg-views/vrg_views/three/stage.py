@@ -166,7 +166,7 @@ class BatchMaker:
 
 
 def trails(scene: Scene) -> Lines:
-    """The recent ways of robots, fading into the ground."""
+    """The recent ways of robots, fading into the ground, and a line up to each that is in the air."""
     game = game_of(scene.game)
     points: list[Floats] = [np.zeros((0, 2, 3), np.float32)]
     colours: list[Bytes] = [np.zeros((0, 2, 3), np.uint8)]
@@ -179,6 +179,10 @@ def trails(scene: Scene) -> Lines:
             tint = (np.array(_GROUND) * (1.0 - share) + np.array(colour) * share).astype(np.uint8)
             points.append(np.stack((line[:-1], line[1:]), axis=1))
             colours.append(np.stack((tint[:-1], tint[1:]), axis=1))
+        if body.pose.z > 0.0:
+            x, y, z = body.pose.x, body.pose.y, body.pose.z
+            points.append(_floats([[(x, y, _LIFT), (x, y, z)]]))
+            colours.append(np.array([[game.style(body.role, body.state).colour] * 2], dtype=np.uint8))
     return Lines(np.concatenate(points), np.concatenate(colours))
 
 

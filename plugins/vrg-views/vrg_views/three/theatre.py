@@ -244,7 +244,8 @@ class Theatre:
                 )
 
     def _eye(self, body: SceneBody) -> Vector:
-        return robot_look(self._stage.model(body.name)).eye
+        ahead, height = robot_look(self._stage.model(body.name)).eye
+        return ahead, height + body.pose.z
 
     def _look(self, viewer: Viewer, seconds: float) -> None:
         """Aim the camera of a viewer again: always if it follows a robot, and else where the field has changed."""
