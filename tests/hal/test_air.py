@@ -71,7 +71,7 @@ def test_its_limits_are_those_of_its_speed_over_the_ground_of_its_climb_and_of_i
     found = MODEL.limited(wanted, limit)
     most = min(limit, MODEL.v_max)
     assert math.hypot(found.v, found.side) <= most * (1.0 + 1e-9)
-    assert abs(found.climb) == min(abs(climb), OWN.climb)
+    assert abs(found.climb) == (min(abs(climb), OWN.climb) if limit > 0.0 else 0.0)
     assert abs(found.w) <= MODEL.w_max * most / MODEL.v_max * (1.0 + 1e-9)
     assert MODEL.limited(found, limit) == found
     assert found.v * side == pytest.approx(found.side * v, abs=1e-9), "the direction stays"

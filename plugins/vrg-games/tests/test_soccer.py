@@ -340,7 +340,7 @@ def test_what_cannot_be_used_is_said() -> None:
     assert usable({"kicker": 1.23456789}) == {"kicker": 1.234568}
     with pytest.raises(ValueError, match=r"expected an actuator of P2AT \(none\), got 'kicker'"):
         usable({"kicker": 1.0}, pioneer)
-    with pytest.raises(ValueError, match="expected a finite value for kicker, got nan"):
+    with pytest.raises(ValueError, match="expected a finite number for kicker, got nan"):
         usable({"kicker": math.nan}, striker)
     for use in ({"kicker": 10**400}, {"kicker": "hard"}, np.array([1, 2])):
         payload, problems = sendable(Action(STILL, use=use))  # type: ignore[arg-type]

@@ -92,7 +92,7 @@ class Flight:
                 climb = min(max((self.aim - self.z) / own.response / 2, -own.climb), own.climb)
             self.climb += (climb - self.climb) * share
         self.z += self.climb * dt
-        self.rising = self.rising and self.z < self.aim - _RISEN
+        self.rising = self.rising and (self.wanted is None or self.z < self.aim - _RISEN)
         if self.z >= own.ceiling:
             self.z, self.climb = own.ceiling, min(self.climb, 0.0)
         if self.z <= ground:
