@@ -3,13 +3,14 @@
 import contextlib
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import pytest
 from crazyflie_bench import CrazyflieBench
 
 from vrg.errors import RobotError
+from vrg.hal.sensors.odometry import Odometry
 from vrg.testing.driver import arm
 from vrg.types import Twist
 from vrg_crazyflie.emulated.supervisor import State
@@ -337,3 +338,35 @@ def test_one_that_is_disarmed_while_it_is_being_armed_is_disarmed_in_its_firmwar
         bench.advance(2.0)
         assert Info.ARMED not in bench.body.supervisor.info(Info(0))
         assert bench.body.z == 0.0
+
+
+def test_its_way_goes_on_where_it_fell_though_a_last_report_comes_in_as_it_is_restarted(
+    bench: CrazyflieBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    radio, reports = bench.driver._radio, list[Mapping[str, float]]()
+    hear, close = radio._heard, radio.close
+
+    def heard(values: Mapping[str, float]) -> None:
+        reports.append(values)
+        hear(values)
+
+    def closed() -> None:
+        if radio._craft is not None:
+            hear(next(values for values in reversed(reports) if "stateEstimate.x" in values))
+        close()
+
+    monkeypatch.setattr(radio, "_heard", heard)
+    monkeypatch.setattr(radio, "close", closed)
+    bench.fly()
+    bench.run(AHEAD, 3.0)
+    bench.driver.emergency_stop()
+    bench.advance(1.0)
+    fell = bench.driver.read().latest(Odometry)
+    bench.driver.release()
+    bench.time_until(lambda: bench.fault == "")
+    again = bench.driver.read().latest(Odometry)
+    assert fell is not None
+    assert again is not None
+    assert fell.value.pose.x > 0.5
+    assert again.value.pose.x == pytest.approx(fell.value.pose.x, abs=0.01)
+    assert again.value.pose.z == 0.0

@@ -264,6 +264,7 @@ class CrazyflieDriver(Driver):
 
     def _begin_anew(self, reach: Callable[[], None]) -> None:
         """Reach it again, as one that stands on the ground and knows of nothing."""
+        self._radio.close()  # a last report of before would be taken for the first one of its new way
         with self._lock:
             self._flight.forget()
             self._way.anew()
