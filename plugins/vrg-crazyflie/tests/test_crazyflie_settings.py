@@ -24,8 +24,8 @@ def problems(model: Any = CRAZYFLIE, emulate: bool = False, **uris: str) -> list
     ("table", "words"),
     [
         ({"robots": {"ann": {"uri": "radio://0/126/2M"}}}, "a channel of 0 to 125"),
-        ({"robots": {"ann": {"uri": "radio:/0/80/2M"}}}, "expected usb://0, or a channel"),
-        ({"robots": {"ann": {"uri": "radio://0/80/3M/E7E7E7E7E7"}}}, "expected usb://0, or a channel"),
+        ({"robots": {"ann": {"uri": "radio:/0/80/2M"}}}, "expected usb://0, udp"),
+        ({"robots": {"ann": {"uri": "radio://0/80/3M/E7E7E7E7E7"}}}, "a rate of 250K, 1M or 2M"),
         ({"robots": {"ann": {"uri": ANN, "height": 0.05}}}, "at least 0.2"),
         ({"robots": {"ann": {"uri": ANN, "height": 5.0}}}, "at most 2"),
         ({"robots": {"ann": {"uri": ANN, "battery_low": 2.0}}}, "at least 3"),

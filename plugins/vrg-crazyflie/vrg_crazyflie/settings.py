@@ -26,7 +26,8 @@ def uri_of(value: str) -> str:
     """
     if _URI.fullmatch(value):
         return value
-    raise ValueError(f"expected usb://0, or a channel of 0 to 125 as in radio://0/80/2M/E7E7E7E701, got {value!r}")
+    radio = "radio://0/80/2M/E7E7E7E701 with a channel of 0 to 125 and a rate of 250K, 1M or 2M"
+    raise ValueError(f"expected usb://0, udp://HOST:PORT, or an address such as {radio}, got {value!r}")
 
 
 class CrazyflieRobot(Table):
