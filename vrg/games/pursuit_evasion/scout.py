@@ -6,7 +6,7 @@ from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import Sighting
 from vrg.games.pursuit_evasion import AREA, SIGHTINGS_AT_ONCE
 from vrg.games.pursuit_evasion.talk import words
-from vrg.games.pursuit_evasion.watch import MATE_MARGIN, OUT_MARGIN, IntruderDetector, out_of_play
+from vrg.games.pursuit_evasion.watch import IntruderDetector
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.downward import Overview, OverviewSpec
 from vrg.hal.sensors.odometry import Odometry
@@ -72,8 +72,7 @@ class Scout(Strategy):
         if sample is None or spec is None or sample.stamp <= self._stamp or view.pose.z <= 0.0:
             return []
         self._stamp, self._found = sample.stamp, []
-        known = [(place, radius + MATE_MARGIN) for place, radius in self._watch.team(view, view.time).values()]
-        known += [(place, radius + OUT_MARGIN) for place, radius in out_of_play(view).values()]
+        known = self._watch.known(view, view.time)
         cos, sin = cos_sin(view.pose.theta)
         for ahead, left in sample.value.places:
             place: Vector = view.pose.x + ahead * cos - left * sin, view.pose.y + ahead * sin + left * cos

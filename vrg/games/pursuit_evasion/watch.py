@@ -23,12 +23,12 @@ from vrg.types import STILL, Pose, Uncertainty, Vector
 
 SNAPSHOT_SCANS = 5
 """The number of scans in a snapshot of the empty scene."""
-MATE_MARGIN = 0.35
+_MATE_MARGIN = 0.35
 """The distance in m around a team mate's body within which returns are taken for it."""
 MATE_FORGOTTEN = 3.0
 """The age in s of a team mate's last message after which its place is not known, if it was driving."""
-OUT_MARGIN = 0.4
-"""The same as MATE_MARGIN for a robot that is out of play, whose pose the referee publishes."""
+_OUT_MARGIN = 0.4
+"""The same as _MATE_MARGIN for a robot that is out of play, whose pose the referee publishes."""
 PAUSE = 0.35
 """The difference in s between match time and time of play from which it is a pause: the referee speaks every 0.1 s."""
 SAME_PLACE, SAME_HEADING = 0.1, 0.03
@@ -122,6 +122,11 @@ class IntruderDetector:
         radii = {player.name: player.radius for player in view.referee.players}
         return {name: (place, radii.get(name, view.me.radius)) for name, place in self.places(now).items()}
 
+    def known(self, view: View, now: float) -> list[tuple[Vector, float]]:
+        """The place of each robot that is a team mate or out of play, and the distance, m, within which it is seen."""
+        found = [(place, radius + _MATE_MARGIN) for place, radius in self.team(view, now).values()]
+        return found + [(place, radius + _OUT_MARGIN) for place, radius in out_of_play(view).values()]
+
     def _remember(self, scan: Scan) -> None:
         """Take a scan into the snapshot. If it is from another place or has other beams, the snapshot starts again."""
         if self._scans and not _alike(self._scans[0], scan):
@@ -142,10 +147,8 @@ class IntruderDetector:
 
     def _seen(self, view: View, scan: Scan, stamp: float) -> list[Sighting]:
         snapshots = [*([] if self.own is None else [self.own]), *self._theirs.values()]
-        known = [(place, radius + MATE_MARGIN) for place, radius in self.team(view, stamp).values()]
-        known += [(place, radius + OUT_MARGIN) for place, radius in out_of_play(view).values()]
         radius = max((p.radius for p in view.referee.players if p.team != view.me.team), default=view.me.radius)
-        explained = returns_of(scan, known)
+        explained = returns_of(scan, self.known(view, stamp))
         strange = unusual(scan, snapshots, explained)
         return [
             sighting_of(scan, beams, radius=radius, time=stamp, uncertainty=view.uncertainty)

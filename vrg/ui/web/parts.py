@@ -142,11 +142,6 @@ def _body(scene: Scene, body: SceneBody, short: str) -> dict[str, Any]:
     }
 
 
-def _tenths(body: SceneBody) -> float:
-    """The height of a body as it is written, m."""
-    return round(body.pose.z, 1)
-
-
 def _player(scene: Scene, player: ScenePlayer) -> dict[str, Any]:
     words, colour = deed(player)
     return {
@@ -198,7 +193,8 @@ def parts(scene: Scene, kept: dict[str, tuple[object, str]] | None = None) -> di
     """
     kept = {} if kept is None else kept
     bodies = tuple(
-        (b.name, b.length, b.width, b.role, b.state, b.physical, b.out_of_play, _tenths(b)) for b in scene.bodies
+        (b.name, b.length, b.width, b.role, b.state, b.physical, b.out_of_play, round(b.pose.z, 1))
+        for b in scene.bodies
     )
     players = tuple((player.name, player.role, player.state, player.mark) for player in scene.players)
     made_of = {
