@@ -298,7 +298,7 @@ BUDGETS = {
     "testing": 3_185,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_516,  # with sketches that are rounded, beams that are computed once, and installed packages
     "recording": 1_160,  # with what a file of MCAP cannot hold, and the ways of bodies
-    "playing": 2_180,  # with matches over processes, and readings that a strategy elsewhere asks for
+    "playing": 2_217,  # with matches over processes, and views for strategies elsewhere, packed without slow structs
     "config": 988,  # the tables of bodies; what processes get is a thing of its own
     "launch/sandbox": 677,  # with where plug-ins lie, of which nobody hides one, and signals
     "navigation": 455,

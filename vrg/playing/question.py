@@ -1,26 +1,29 @@
 """A view on its way to a strategy that decides in a process of its own: both sides, without the pipe between them.
 
-What all players of an instant are shown is encoded once for all of them, as MessagePack; the rest is pickled. What is
-always the same is sent once. Readings are sent of those kinds of sensors that the strategy has looked at before; when
-it looks at another kind, it asks for that reading first.
+What all players of an instant are shown is encoded once for all of them. It is sent as MessagePack, as readings are;
+the rest is pickled. What is always the same is sent once. Readings are sent of those kinds of sensors that the strategy
+has looked at before; when it looks at another kind, it asks for that reading first.
 """
 
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, Final, NamedTuple, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct, structs
 
+from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import View
-from vrg.bus.messages import RefereeState, SensorMessage
+from vrg.bus.messages import PlayerStatus, RefereeState, SensorMessage
 from vrg.errors import VrgError
 from vrg.hal.models import RobotModel
-from vrg.hal.readings import LazySamples, S, samples_of
+from vrg.hal.readings import LazySamples, Readings, S, samples_of
 from vrg.hal.sensors.spec import Sample
+from vrg.regions import Region
 from vrg.shared import shared
-from vrg.types import Vector
+from vrg.types import Pose, Uncertainty, Vector
 
 EVERY_KIND: Final = "*"
 """The word for all kinds of sensors."""
@@ -28,14 +31,42 @@ VIEWS_KEPT: Final = 600
 """The number of newest views of which a strategy may still ask for readings: those of a minute."""
 _ASKS: Final = 100
 """The number of readings that a strategy may ask for between two views: more than there are kinds of sensors."""
-_SAME: Final = ("robot", "obstacles")
-"""The fields that are always the same: the longest ones."""
 
 _encoder = msgspec.msgpack.Encoder()
 _state_decoder = msgspec.msgpack.Decoder(RefereeState)
 _velocities_decoder = msgspec.msgpack.Decoder(dict[str, Vector])
-Samples = tuple[Sample[SensorMessage], ...]
+Samples = Sequence[Sample[SensorMessage]]
 T = TypeVar("T")
+
+
+_PackedSample = tuple[float, float, type[SensorMessage], bytes, str]
+"""The fields of a sample, with its reading as MessagePack after its class: Python pickles structs slowly."""
+
+
+class _Packed(NamedTuple):
+    """A view on its way.
+
+    Args:
+        number: of the view, from 1. kinds: the kinds of sensors of which it has the samples.
+        me: this player, or its place among the players of the referee's state.
+        robot: the state of the robot: all of `Readings` but the samples.
+        same: what is always the same, the robot's model and the obstacles; None if it was sent before.
+        pose: x, y, theta and z.
+    """
+
+    number: int
+    kinds: tuple[str, ...]
+    time: float
+    me: PlayerStatus | int
+    robot: tuple[float, float, bool, bool, str | None, bool]
+    samples: tuple[_PackedSample, ...]
+    referee: bytes
+    velocities: bytes
+    same: tuple[RobotModel, Sequence[Region]] | None
+    pose: tuple[float, ...]
+    heard: Sequence[TeamMessage]
+    priority: str | None
+    uncertainty: Uncertainty | None
 
 
 class Wanted(Struct, frozen=True, tag=True):
@@ -53,7 +84,7 @@ class Told(NamedTuple):
     """The readings that a strategy has asked for; None if the view is too old."""
 
     wanted: Wanted
-    samples: Samples | None
+    samples: tuple[_PackedSample, ...] | None
 
 
 class TooManyQuestionsError(VrgError):
@@ -75,17 +106,25 @@ class Questions:
         self._number, self._asks = self._number + 1, 0
         self._views[self._number] = view
         self._views.pop(self._number - VIEWS_KEPT, None)
-        fields: dict[str, Any] = {name: getattr(view, name) for name in View.__struct_fields__}
-        if view.robot is self._known:
-            for name in _SAME:
-                del fields[name]
-        self._known = view.robot
-        number = next((number for number, player in enumerate(view.referee.players) if player is view.me), None)
-        if number is not None:
-            fields["me"] = number
-        fields["referee"], fields["velocities"] = _state(view.referee), _velocities(view.velocities)
-        fields["readings"] = structs.replace(view.readings, samples=self._samples(view, tuple(self._kinds)))
-        return pickle.dumps((self._number, tuple(self._kinds), fields), pickle.HIGHEST_PROTOCOL)
+        kinds, readings, robot = tuple(self._kinds), view.readings, view.robot
+        place = next((place for place, player in enumerate(view.referee.players) if player is view.me), None)
+        packed = _Packed(
+            self._number,
+            kinds,
+            view.time,
+            view.me if place is None else place,
+            (readings.stamp, readings.age, readings.armed, readings.estop, readings.fault, readings.latched),
+            _pack(view, kinds),
+            _state(view.referee),
+            _velocities(view.velocities),
+            None if robot is self._known else (robot, view.obstacles),
+            structs.astuple(view.pose),
+            view.heard,
+            view.priority,
+            view.uncertainty,
+        )
+        self._known = robot
+        return pickle.dumps(packed, pickle.HIGHEST_PROTOCOL)
 
     def told(self, wanted: Wanted) -> bytes:
         """The readings that it asks for, as they are sent.
@@ -100,13 +139,28 @@ class Questions:
                 f"expected at most {_ASKS} questions about readings, and of {_ASKS} kinds of them"
             )
         view = self._views.get(wanted.view)
-        told = Told(wanted, None if view is None else self._samples(view, (wanted.kind,)))
+        told = Told(wanted, None if view is None else _pack(view, (wanted.kind,)))
         return pickle.dumps(told, pickle.HIGHEST_PROTOCOL)
 
-    @staticmethod
-    def _samples(view: View, kinds: tuple[str, ...]) -> Samples:
-        samples = view.readings.samples
-        return tuple(samples) if EVERY_KIND in kinds else tuple(samples_of(samples, kinds)) if kinds else ()
+
+def _pack(view: View, kinds: tuple[str, ...]) -> tuple[_PackedSample, ...]:
+    """The samples of sensors of some kinds."""
+    if not kinds:
+        return ()
+    samples = view.readings.samples
+    return tuple(
+        (sample.stamp, sample.age, type(sample.value), _encoder.encode(sample.value), sample.name)
+        for sample in (samples if EVERY_KIND in kinds else samples_of(samples, kinds))
+    )
+
+
+def _unpack(samples: tuple[_PackedSample, ...]) -> Samples:
+    return [Sample(stamp, age, _decoder(kind).decode(value), name) for stamp, age, kind, value, name in samples]
+
+
+@cache
+def _decoder(kind: type[SensorMessage]) -> msgspec.msgpack.Decoder[SensorMessage]:
+    return msgspec.msgpack.Decoder(kind)
 
 
 class Answering:
@@ -118,9 +172,10 @@ class Answering:
 
     def __init__(self, receive: Callable[[], bytes], ask: Callable[[Wanted], None]) -> None:
         self._receive, self._ask = receive, ask
-        self._before: View | None = None
+        self._robot: RobotModel
+        self._obstacles: Sequence[Region] = ()
         self._arrived, self._receiving = threading.Condition(), False
-        self._packed: list[tuple[int, tuple[str, ...], dict[str, Any]]] = []
+        self._packed: list[_Packed] = []
         self._told: list[Told] = []
 
     def view(self) -> View:
@@ -129,17 +184,24 @@ class Answering:
         Raises:
             EOFError: the match has closed its end.
         """
-        number, kinds, fields = self._awaited(lambda: self._packed.pop(0) if self._packed else None)
-        for name in _SAME if self._before is not None else ():
-            fields.setdefault(name, getattr(self._before, name))
-        fields["referee"] = _state_decoder.decode(fields["referee"])
-        fields["velocities"] = _velocities_decoder.decode(fields["velocities"])
-        if isinstance(fields["me"], int):
-            fields["me"] = fields["referee"].players[fields["me"]]
-        readings = fields["readings"]
-        samples = _AskedSamples(readings.samples, kinds, lambda kind: self._readings(number, kind))
-        self._before = View(**{**fields, "readings": structs.replace(readings, samples=samples)})
-        return self._before
+        packed = self._awaited(lambda: self._packed.pop(0) if self._packed else None)
+        if packed.same is not None:
+            self._robot, self._obstacles = packed.same
+        referee = _state_decoder.decode(packed.referee)
+        samples = _AskedSamples(_unpack(packed.samples), packed.kinds, lambda kind: self._readings(packed.number, kind))
+        return View(
+            time=packed.time,
+            me=referee.players[packed.me] if isinstance(packed.me, int) else packed.me,
+            readings=Readings(*packed.robot, samples),
+            referee=referee,
+            velocities=_velocities_decoder.decode(packed.velocities),
+            robot=self._robot,
+            pose=Pose(*packed.pose),
+            heard=packed.heard,
+            priority=packed.priority,
+            obstacles=self._obstacles,
+            uncertainty=packed.uncertainty,
+        )
 
     def _readings(self, view: int, kind: str) -> Samples:
         wanted = Wanted(view, kind)
@@ -152,7 +214,7 @@ class Answering:
         samples = self._awaited(told).samples
         if samples is None:
             raise LookupError(f"readings: this view is older than {VIEWS_KEPT} views: look at it while it is newer")
-        return samples
+        return _unpack(samples)
 
     def _awaited(self, take: Callable[[], T | None]) -> T:
         """Wait until there is something to take. One thread at a time receives, for all of them."""
@@ -191,7 +253,7 @@ class _AskedSamples(LazySamples):
         with self._asking:
             if word not in self._kinds and EVERY_KIND not in self._kinds:
                 samples = self._ask(word)
-                self._samples = samples if word == EVERY_KIND else self._samples + samples
+                self._samples = samples if word == EVERY_KIND else (*self._samples, *samples)
                 self._kinds.add(word)
         found = (s for s in self._samples if isinstance(s.value, kind) and (name is None or s.name == name))
         return next(found, None)  # type: ignore[return-value]
