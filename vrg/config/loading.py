@@ -329,7 +329,8 @@ class _Checker:
         if entry.localisation == FEED and not backend.physical:
             self.problems.append(Problem("a virtual robot has fusion or none", (*where, "localisation")))
         team = file.teams.get(role.team)
-        strategy = entry.strategy or (team.strategy if team else None) or game.strategy_of(entry.role)
+        shared = team.strategy if team and game.follows_team(entry.role) else None
+        strategy = entry.strategy or shared or game.strategy_of(entry.role)
         self._check_strategy(entry.strategy, where)
         if entry.machine not in (machines := list(dict.fromkeys([HERE, *file.machines]))):
             self.problems.append(Problem(expected_one_of(machines, entry.machine), (*where, "machine")))

@@ -238,6 +238,12 @@ class Game:
         known = self.role(role)
         return (known.strategy if known is not None else "") or self.strategy
 
+    def follows_team(self, role: str) -> bool:
+        """True if a player in a role plays by the strategy of its team: those of the team's first role do, and all
+        whose role has no strategy of its own."""
+        known = self.role(role)
+        return known is None or not known.strategy or known is next(r for r in self.roles if r.team == known.team)
+
     def is_out(self, state: str) -> bool:
         """True if a player in this state is only an obstacle."""
         return state in self.out_of_play or state == DISQUALIFIED

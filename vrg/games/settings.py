@@ -85,3 +85,18 @@ def none_of(roles: Iterable[str], contestants: Sequence[Contestant]) -> list[Pro
     """A problem for each role that no player has."""
     played = {c.role for c in contestants}
     return [Problem(f"expected at least one {r}, got none", ("players",)) for r in roles if r not in played]
+
+
+def aerial_problems(scouts: Sequence[str], contestants: Sequence[Contestant]) -> list[Problem]:
+    """A problem for each scout on the ground, and for each other player in the air.
+
+    Args:
+        scouts: the roles of scouts.
+    """
+    needs = "a scout needs a robot whose camera looks down, such as a Crazyflie"
+    above = f"a robot in the air can only be a {' or '.join(scouts)}: it meets nobody, and nobody meets it"
+    return [
+        Problem(above if c.overview is not None else needs, ("players", c.name))
+        for c in contestants
+        if (c.role in scouts) != (c.overview is not None)
+    ]

@@ -2,6 +2,7 @@
 
 import math
 
+from vrg.agents.flying import above, around
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import Sighting
 from vrg.games.pursuit_evasion import AREA, SIGHTINGS_AT_ONCE
@@ -10,16 +11,11 @@ from vrg.games.pursuit_evasion.watch import IntruderDetector
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.downward import Overview, OverviewSpec
 from vrg.hal.sensors.odometry import Odometry
-from vrg.navigation.control import scaled
-from vrg.portable.scalars import atan2, cos_sin, square
-from vrg.types import STILL, Twist, Vector
+from vrg.portable.scalars import cos_sin, square
+from vrg.types import STILL, Vector
 
 ROUND = 0.6
 """The radius of the circle on which it flies, as a part of the distance from the middle of the area to its border."""
-LEAD = 0.6
-"""The angle in rad by which it aims ahead on its circle."""
-HEADROOM = 0.05
-"""The distance in m below its ceiling at which it climbs no more."""
 POSITION = 0.05
 """The standard deviation of its own place when it reports others, m."""
 
@@ -41,8 +37,8 @@ class Scout(Strategy):
         """Look down, fly, and report to the team and the referee."""
         self._watch.look(view, standing=False)
         fresh = self._seen(view)
-        area, drivetrain = view.zone(AREA), self.robot.flies
-        if area is None or drivetrain is None or not view.me.may_move:
+        area = view.zone(AREA)
+        if area is None or not view.me.may_move:
             return Action(STILL, say=words(view.pose, STILL, fresh, None), sightings=fresh)
         middle = area.middle
         self.mode = "Scout/Follow" if self._found else "Scout/Patrol"
@@ -51,20 +47,10 @@ class Scout(Strategy):
         elif self._found:
             aim = min(((s.x, s.y) for s in self._found), key=lambda place: math.dist(place, view.position))
         else:
-            cos, sin = cos_sin(atan2(view.pose.y - middle[1], view.pose.x - middle[0]) + LEAD)
-            inside = ROUND * area.depth(*middle)
-            aim = middle[0] + inside * cos, middle[1] + inside * sin
-        way = aim[0] - view.pose.x, aim[1] - view.pose.y
-        vx, vy = scaled(way, min(self.robot.v_max, math.hypot(*way)))
-        cos, sin = cos_sin(view.pose.theta)
-        climb = drivetrain.climb if view.pose.z < drivetrain.ceiling - HEADROOM else 0.0
+            aim = around(view, middle, ROUND * area.depth(*middle))
         odometry = view.readings.latest(Odometry)
         moves = STILL if odometry is None else odometry.value.twist
-        return Action(
-            Twist(vx * cos + vy * sin, 0.0, vy * cos - vx * sin, climb),
-            say=words(view.pose, moves, fresh, None),
-            sightings=fresh,
-        )
+        return Action(above(view, aim), say=words(view.pose, moves, fresh, None), sightings=fresh)
 
     def _seen(self, view: View) -> list[Sighting]:
         """The robots below that are no team mates and in play, if there is a new picture."""

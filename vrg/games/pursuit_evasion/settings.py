@@ -10,7 +10,7 @@ from pydantic import field_validator, model_validator
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
 from vrg.games.pursuit_evasion import INTRUDER, PURSUER, SCOUT
-from vrg.games.settings import Coordinate, LineUp, none_of
+from vrg.games.settings import Coordinate, LineUp, aerial_problems, none_of
 from vrg.geometry import ahead
 from vrg.portable.scalars import square
 from vrg.regions import Polygon, Region
@@ -96,18 +96,7 @@ def _crosses(corners: Sequence[Vector]) -> bool:
 def problems_of(area: Region, contestants: Sequence[Contestant], capture_distance: float) -> list[Problem]:
     """Everything that is wrong: a role without a player, or an intruder that cannot cross or is captured at once."""
     problems = none_of((PURSUER, INTRUDER), contestants)
-    problems += [
-        Problem("a scout needs a robot whose camera looks down, such as a Crazyflie", ("players", c.name))
-        for c in contestants
-        if c.role == SCOUT and c.overview is None
-    ]
-    problems += [
-        Problem(
-            f"a robot in the air can only be a {SCOUT}: it captures nobody, and nobody meets it", ("players", c.name)
-        )
-        for c in contestants
-        if c.role != SCOUT and c.overview is not None
-    ]
+    problems += aerial_problems([SCOUT], contestants)
     for intruder in (c for c in contestants if c.role == INTRUDER):
         for pursuer in (c for c in contestants if c.role == PURSUER):
             between = math.dist((intruder.start.x, intruder.start.y), (pursuer.start.x, pursuer.start.y))

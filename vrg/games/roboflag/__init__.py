@@ -8,6 +8,10 @@ RED, BLUES = "red", "blue"
 TEAMS = (RED, BLUES)
 NORMAL, TAGGED, FLAGGED = "normal", "tagged", "flagged"
 """The states of a player. A flagged player carries the flag of the other team."""
+SCOUTS = {RED: "red-scout", BLUES: "blue-scout"}
+"""The roles of those that fly above the others, by team."""
+SCOUTING = "scouting"
+"""The state of a scout."""
 FLAG = "flag"
 """The kind of a flag among the objects of the field."""
 HALF, HOME, FLAG_ZONE = "half", "home", "flag_zone"
@@ -46,6 +50,10 @@ GAME = Game(
     roles=(
         Role(RED, RED, colours.RED, Marker.TRIANGLE),
         Role(BLUES, BLUES, colours.BLUE, Marker.CIRCLE),
+        *(
+            Role(SCOUTS[team], team, colour, Marker.SQUARE, strategy=f"{_FOLDER}.scout:Scout")
+            for team, colour in ((RED, colours.RED), (BLUES, colours.BLUE))
+        ),
     ),
     score_words={RED: "flag{s} captured", BLUES: "flag{s} captured"},
     out_of_play=frozenset({TAGGED}),
@@ -65,6 +73,10 @@ GAME = Game(
             "A normal player within the tag distance of an opponent is tagged on the opponents' half, and a carrier of "
             "a flag anywhere; nobody is tagged inside a flag zone. The flag of a tagged carrier returns.",
             "thesis 4.4",
+        ),
+        "scout": RuleText(
+            "A scout flies above the others. Its team sees by it; it does not tag, is not tagged, and takes no flag.",
+            "thesis 5.2",
         ),
         "home": RuleText("A tagged player in reach of its own home becomes normal.", "thesis 4.4"),
         "flag": RuleText(

@@ -10,8 +10,9 @@ from typing import Any
 from vrg.bus.messages import Zone
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
-from vrg.games.roboflag import FLAG_ZONE, HALF, HOME, RED, TEAMS, other
+from vrg.games.roboflag import FLAG_ZONE, HALF, HOME, RED, SCOUTS, TEAMS, other
 from vrg.games.roboflag.settings import Settings
+from vrg.games.settings import aerial_problems
 from vrg.portable.scalars import total
 from vrg.regions import Circle, Rectangle, Sector, touch
 from vrg.types import Vector
@@ -115,6 +116,7 @@ def problems_of(settings: Settings, contestants: Sequence[Contestant]) -> list[P
         if all(c.role != team for c in contestants)
     ]
     problems += [Problem(text, ("rules",)) for text in (*_distances(settings, layout, contestants), *_zones(layout))]
+    problems += aerial_problems([*SCOUTS.values()], contestants)
     return problems + [
         Problem(why, ("players", c.name)) for c in contestants if (why := _misplaced(layout, c)) is not None
     ]
@@ -164,11 +166,12 @@ def _zones(layout: FieldLayout) -> list[str]:
 
 def _misplaced(layout: FieldLayout, c: Contestant) -> str | None:
     """The reason why a player cannot start where it does, or None."""
-    half = layout.half(c.role)
+    team = c.team or c.role
+    half = layout.half(team)
     x, y = c.start.x, c.start.y
-    if half.contains(x, y) and (x - layout.midline) * layout.ahead(c.role) < 0.0:
+    if half.contains(x, y) and (x - layout.midline) * layout.ahead(team) < 0.0:
         return None
     return (
-        f"expected the start of {c.name} in the half of its team {c.role}, x {half.x_min:g} to {half.x_max:g}, "
+        f"expected the start of {c.name} in the half of its team {team}, x {half.x_min:g} to {half.x_max:g}, "
         f"y {half.y_min:g} to {half.y_max:g} m, and not on the midline; got ({x:g}, {y:g})"
     )

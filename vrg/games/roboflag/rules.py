@@ -16,6 +16,8 @@ from vrg.games.roboflag import (
     FLAGGED,
     GAME,
     NORMAL,
+    SCOUTING,
+    SCOUTS,
     TAG_DISTANCE,
     TAGGED,
     TEAMS,
@@ -58,7 +60,7 @@ class RoboFlag(RuleBook[State]):
 
     Args:
         settings: the [rules] table of the match file.
-        contestants: the players. Teams may be of different sizes.
+        contestants: the players. Teams may be of different sizes, and have scouts, of which the rules ask nothing.
         seed: the seed of the match; nothing in these rules is drawn.
 
     Raises:
@@ -76,11 +78,11 @@ class RoboFlag(RuleBook[State]):
         super().__init__(contestants)
         self.settings = settings
         self.layout = FieldLayout(settings)
-        self.teams = {c.name: c.role for c in contestants}
+        self.teams = {name: self.team_of(name) for name in self.contestants}
         # A robot that is released at the border of the field would turn beyond it.
         self._driven_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}
         self.lineup_limit = settings.patience
-        self._names = sorted(self.contestants)
+        self._names = sorted(c.name for c in contestants if c.role not in SCOUTS.values())
         self._setting = SimpleNamespace(
             sides=[TEAMS.index(self.teams[name]) for name in self._names],
             order=range(len(self._names)),
@@ -98,7 +100,7 @@ class RoboFlag(RuleBook[State]):
             for place in [self.layout.flag(team)]
         )
         return State(
-            states=dict.fromkeys(self.contestants, NORMAL),
+            states=dict.fromkeys(self.contestants, SCOUTING) | dict.fromkeys(self._names, NORMAL),
             points=dict.fromkeys(TEAMS, 0),
             objects=flags,
             numbers={TAG_DISTANCE: self.layout.tag_distance},
@@ -170,9 +172,9 @@ class RoboFlag(RuleBook[State]):
             return Verdict(state, winner=DRAW, why=f"still a tie after sudden death, {points[0]} to {points[1]}")
         if won != NO_ONE:
             return Verdict(state, winner=TEAMS[won], why=self._why(state, TEAMS[won]))
-        marks: dict[str, Pose] = {}
+        marks = dict(self.initial().marks)
         for team in TEAMS:
-            starts = {name: start for name, start in self.initial().marks.items() if self.teams[name] == team}
+            starts = {name: marks[name] for name in self._names if self.teams[name] == team}
             marks |= assigned({name: now.poses.get(name, start) for name, start in starts.items()}, [*starts.values()])
         number = judging.next_number(self._setting, points, state.round)
         fresh = structs.replace(
@@ -193,7 +195,7 @@ class RoboFlag(RuleBook[State]):
 
     def states_of(self, name: str) -> Sequence[str]:
         """The states into which an official may put a player."""
-        return NORMAL, TAGGED, FLAGGED
+        return (NORMAL, TAGGED, FLAGGED) if name in self._names else (SCOUTING,)
 
     def put_into(self, state: State, name: str, value: str) -> State:
         """The state after an official has put a player into another one.

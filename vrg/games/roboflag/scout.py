@@ -1,0 +1,45 @@
+"""The strategy of an aerial scout of RoboFlag: its team sees with it, so it flies to where its team needs to see."""
+
+from collections.abc import Sequence
+
+from vrg.agents.flying import above, around
+from vrg.agents.strategy import Action, Strategy, View
+from vrg.games.roboflag.situation import Known, Memory, TeamField, situation_of
+from vrg.hal.models import RobotModel
+from vrg.types import STILL, Vector
+
+ROUND = 0.6
+"""The radius of the circle on which it patrols, as a part of the distance from the field's middle to its border."""
+
+
+class Scout(Strategy):
+    """Stays above whoever carries a flag, the opponents' before its own, or else above the team mate that is farthest
+    on the opponents' half, so that this one sees who may tag it. If there is none, it flies round the middle."""
+
+    games = ("roboflag",)
+    mode = "Scout/Patrol"
+
+    def __init__(self, name: str, robot: RobotModel) -> None:
+        super().__init__(name, robot)
+        self._memory = Memory()
+
+    def act(self, view: View) -> Action:
+        """Fly to where the team needs to see."""
+        ground = TeamField.of(view)
+        if ground is None or not view.me.may_move:
+            return Action(STILL)
+        if view.me.mark is not None:
+            self.mode = "Scout/LineUp"
+            return Action(above(view, (view.me.mark.x, view.me.mark.y)))
+        s = situation_of(view, ground, self._memory, {})
+        ahead = [mate for mate in s.mates if ground.beyond(mate.place[0]) > 0.0]
+        farthest = max(ahead, key=lambda mate: ground.beyond(mate.place[0]), default=None)
+        followed = _named(s.mates, s.carrier) or _named(s.opponents, s.thief) or farthest
+        self.mode = "Scout/Patrol" if followed is None else "Scout/Follow"
+        middle = ground.field.middle
+        aim: Vector = around(view, middle, ROUND * ground.field.depth(*middle)) if followed is None else followed.place
+        return Action(above(view, aim))
+
+
+def _named(known: Sequence[Known], name: str | None) -> Known | None:
+    return next((one for one in known if one.name == name), None)
