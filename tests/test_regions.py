@@ -7,9 +7,11 @@ import msgspec
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector, surrounding, touch
 from vrg.segments import CHORD
+from vrg.types import Pose
 
 FIELD = Rectangle(0.0, 0.0, 10.0, 6.0)
 DISC = Circle(5.0, 3.0, 2.0)
@@ -119,6 +121,22 @@ def test_a_region_travels_as_one_type(region: Region) -> None:
 def test_what_is_no_convex_region_is_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(msgspec.ValidationError):
         msgspec.convert(wrong, Region, strict=False)
+
+
+@pytest.mark.parametrize("region", [FIELD, DISC, CORNER, AREA])
+def test_a_region_holds_what_is_inside_at_its_height(region: Region) -> None:
+    x, y = region.middle
+    assert region.holds(Pose(x, y, 0.0))
+    assert region.holds(Pose(x, y, 0.0, 50.0)), "it has no upper end"
+    low = structs.replace(region, z_min=0.5, z_max=2.0)
+    assert [low.holds(Pose(x, y, 0.0, z)) for z in (0.4, 0.5, 2.0, 2.1)] == [False, True, True, False]
+    assert not low.holds(Pose(x + 100.0, y, 0.0, 1.0))
+    assert low.contains(x, y), "it is of the plane"
+    assert (low.shrunk(0.1).z_min, low.shrunk(0.1).z_max) == (0.5, 2.0)
+    assert b"z_" not in msgspec.msgpack.encode(region)
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(low), type=Region) == low
+    with pytest.raises(ValueError, match="expected z_min <= z_max, got 3 and 2"):
+        structs.replace(low, z_min=3.0)
 
 
 def test_the_border_belongs_to_a_region() -> None:

@@ -2,6 +2,7 @@
 
 The referee judges with the same object that the windows draw: `contains`, `inside` and `nearest` are exact, and
 `outline` gives the points to draw. Every region is convex, so at most one stretch of a straight way is inside it.
+A region is of the plane, with an extent in height that `holds` alone asks for.
 A region travels on the bus as a map whose field `shape` names one of the four. Match files and map files write
 it in the same way, for example `{ shape = "circle", x = 1.0, y = 2.0, radius = 0.6 }`.
 """
@@ -12,6 +13,7 @@ from functools import lru_cache
 from typing import Annotated
 
 from msgspec import Meta, Struct
+from msgspec.structs import replace
 
 from vrg.geometry import ahead
 from vrg.portable.scalars import atan2, cos_sin
@@ -29,7 +31,7 @@ from vrg.segments import (
     some,
     turned,
 )
-from vrg.types import Length, Metres, Radians, Vector
+from vrg.types import Length, Metres, Pose, Radians, Vector
 
 Bounds = tuple[float, float, float, float]
 """The smallest axis-aligned rectangle around something: (x_min, y_min, x_max, y_max), m."""
@@ -43,8 +45,25 @@ def surrounding(boxes: Iterable[Bounds]) -> Bounds:
     return min(x_min), min(y_min), max(x_max), max(y_max)
 
 
-class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True):
-    """The base class of all regions. The border belongs to the region."""
+class _Shape(Struct, frozen=True, kw_only=True, tag_field="shape", forbid_unknown_fields=True, omit_defaults=True):
+    """The base class of all regions. The border belongs to the region.
+
+    Args:
+        z_min, z_max: the heights between which it extends, m; by default from the ground upwards, without an end.
+    """
+
+    z_min: Metres = 0.0
+    z_max: Metres | None = None
+
+    def __post_init__(self) -> None:
+        if self.z_max is not None and self.z_min > self.z_max:
+            raise ValueError(f"expected z_min <= z_max, got {self.z_min:g} and {self.z_max:g}")
+
+    def holds(self, pose: Pose) -> bool:
+        """True if a pose is inside in space: inside or on the border, and at a height within the region's."""
+        return self.contains(pose.x, pose.y) and self.z_min <= pose.z <= (
+            math.inf if self.z_max is None else self.z_max
+        )
 
     def contains(self, x: float, y: float) -> bool:
         """True if the point is inside or on the border."""
@@ -119,6 +138,7 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
     y_max: Metres
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.x_min > self.x_max or self.y_min > self.y_max:
             raise ValueError(f"expected x_min <= x_max and y_min <= y_max, got {self.bounds}")
 
@@ -147,6 +167,8 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
             min(self.y_min + margin, y),
             max(self.x_max - margin, x),
             max(self.y_max - margin, y),
+            z_min=self.z_min,
+            z_max=self.z_max,
         )
 
     def outline(self) -> list[Vector]:
@@ -198,7 +220,7 @@ class Circle(_Shape, frozen=True, tag="circle"):
 
     def shrunk(self, margin: float) -> "Circle":
         """A circle about the same centre, smaller by `margin` m but never smaller than 1e-6 m."""
-        return Circle(self.x, self.y, max(self.radius - margin, 1e-6))
+        return replace(self, radius=max(self.radius - margin, 1e-6))
 
     def outline(self) -> list[Vector]:
         """Points of the border, counter-clockwise."""
@@ -264,7 +286,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
 
     def shrunk(self, margin: float) -> "Polygon":
         """A polygon, because a sector whose border is moved inwards is no sector any more."""
-        return Polygon(tuple(self.outline())).shrunk(margin)
+        return Polygon(tuple(self.outline()), z_min=self.z_min, z_max=self.z_max).shrunk(margin)
 
     def outline(self) -> list[Vector]:
         """The corner, then points of the arc."""
@@ -289,6 +311,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
     points: Annotated[tuple[tuple[Metres, Metres], ...], Meta(min_length=3, max_length=1000)]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not convex(self.points):
             raise ValueError("expected the corners of a convex polygon, counter-clockwise")
 
@@ -315,7 +338,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
         if len(corners) < 3 or area(corners) < _EPS:
             x, y = centroid(self.points)
             corners = [(x, y), (x + 1e-6, y), (x, y + 1e-6)]
-        return Polygon(tuple(corners))
+        return replace(self, points=tuple(corners))
 
     def outline(self) -> list[Vector]:
         """The corners, counter-clockwise."""

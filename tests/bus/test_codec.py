@@ -25,7 +25,7 @@ from vrg.errors import MessageError, MisroutedError
 from vrg.hal.sensors import SENSORS, png
 from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.laser import Laser
-from vrg.regions import Polygon, Rectangle
+from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import FrozenDict, Twist, printable
 
 
@@ -33,8 +33,9 @@ def texts(max_size: int, min_size: int = 0) -> st.SearchStrategy[str]:
     return st.text(min_size=min_size, max_size=max_size).map(printable).map(lambda text: text[:max_size])
 
 
-def rectangle(x: float, y: float, width: float, height: float) -> Rectangle:
-    return Rectangle(x, y, min(x + width, 1e5), min(y + height, 1e5))
+def rectangle(x: float, y: float, width: float, height: float, extent: tuple[float, float] | None) -> Rectangle:
+    z_min, z_max = (0.0, None) if extent is None else sorted(extent)
+    return Rectangle(x, y, min(x + width, 1e5), min(y + height, 1e5), z_min=z_min, z_max=z_max)
 
 
 def sighting(xx: float, share: float, yy: float) -> m.Sighting:
@@ -45,8 +46,12 @@ seconds, counts = st.floats(0, 1e8), st.integers(0, 2**53)
 coordinates, lengths, variances = st.floats(-1e5, 1e5), st.floats(1e-6, 1e5), st.floats(1e-6, 100)
 SMALL_PICTURE = png.encode(np.zeros((2, 3, 3), dtype=np.uint8))
 CHECKED: dict[type, st.SearchStrategy[Any]] = {
-    Rectangle: st.builds(rectangle, coordinates, coordinates, lengths, lengths),
-    Polygon: st.just(Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 3.0)))),
+    Rectangle: st.builds(
+        rectangle, coordinates, coordinates, lengths, lengths, st.none() | st.tuples(coordinates, coordinates)
+    ),
+    Polygon: st.just(Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 3.0)), z_max=1.5)),
+    Circle: st.builds(Circle, coordinates, coordinates, lengths),
+    Sector: st.builds(Sector, coordinates, coordinates, lengths, st.floats(-7, 7), st.floats(0.1, 3)),
     m.Sighting: st.builds(sighting, variances, st.floats(-0.99, 0.99), variances),
     Camera: st.builds(
         Camera, fov=st.floats(0.1, 3), data=st.binary(max_size=50).map(lambda rest: SMALL_PICTURE + rest)

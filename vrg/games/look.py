@@ -22,7 +22,7 @@ NOSE: Final = 0.3
 _RIM: Final = 0.12
 """The width of the rim of a physical robot, as a part of its length; that of a virtual one is a third of it."""
 WALL_HEIGHT: Final = 1.0
-"""m. It is that of the world, `vrg.hal.sim.map.WALL_HEIGHT`."""
+"""The height as which walls without an upper end are drawn, m: `vrg.hal.sim.map.WALL_HEIGHT`."""
 SHADOW: Final = 0.6
 """How far a shadow lies to the right of what is in the air, and below it on the map, in lengths of it for each metre of
 its height: it is drawn larger than it is where it would be too small to see, and so is the way to its shadow."""
@@ -58,7 +58,8 @@ def ground(game: Game, zones: Sequence[Zone], obstacles: Iterable[Region], theme
         border = Shape(_outline(zone.region), line=theme.border, width=2.5)
         found.append(Figure(f"border {zone.name}", (border,)))
     for number, region in enumerate(obstacles):
-        wall = Shape(_outline(region), theme.wall, theme.wall_edge, 1.5, height=WALL_HEIGHT)
+        height = WALL_HEIGHT if region.z_max is None else region.z_max
+        wall = Shape(_outline(region), theme.wall, theme.wall_edge, 1.5, height=height)
         found.append(Figure(f"wall {number}", (wall,)))
     return found
 

@@ -13,7 +13,9 @@ CRAZYFLIE = RobotModel(
     width=0.092,
     height=0.029,
     mass=0.027,
-    drivetrain=multirotor(v_max=1.0, w_max=3.5, climb=0.5, response=0.2, cruise=1.0, ceiling=2.5, hover=7.6),
+    drivetrain=multirotor(
+        v_max=1.0, w_max=3.5, climb=0.5, response=0.2, cruise=1.0, ceiling=2.5, hover=7.6, drift=0.01
+    ),
     v_max=1.0,
     w_max=3.5,
     a_max=3.5,
@@ -28,6 +30,6 @@ CRAZYFLIE = RobotModel(
         "Size, mass and battery (3.7 V, 250 mAh): data sheet of the Crazyflie 2.1, Bitcraze, not checked against the "
         "document itself. It flies for 7 minutes by that, which makes 8 W in all. It accelerates by the tangent of 20 "
         "degrees times gravity, as its firmware limits its tilt (crazyflie-firmware 2026.08, PID_VEL_ROLL_MAX). Top "
-        "speeds, cruising height and ceiling are choices. Estimated: response, idle power, its deck with a camera."
+        "speeds, cruising height and ceiling are choices. Estimated: response, drift, idle power, a deck with a camera."
     ),
 )

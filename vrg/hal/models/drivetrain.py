@@ -158,6 +158,7 @@ class Multirotor(Drivetrain):
         climb: the greatest speed up and down, m/s. response: the time constant of its velocities, s.
         cruise: the height to which it takes off, m. ceiling: the greatest height, m.
         hover: the power that keeps it in the air, W.
+        drift: the standard deviation of its drift in a world with noise, a velocity along x and along y, m/s.
     """
 
     climb: float
@@ -165,6 +166,7 @@ class Multirotor(Drivetrain):
     cruise: float
     ceiling: float
     hover: float
+    drift: float
 
     def limited(self, twist: Twist, v_max: float) -> Twist:
         """Return the motion, slowed down to `v_max` over the ground and to `climb`; see `Drivetrain.limited`."""
@@ -179,7 +181,15 @@ class Multirotor(Drivetrain):
 
 
 def multirotor(
-    *, v_max: float, w_max: float, climb: float, response: float, cruise: float, ceiling: float, hover: float
+    *,
+    v_max: float,
+    w_max: float,
+    climb: float,
+    response: float,
+    cruise: float,
+    ceiling: float,
+    hover: float,
+    drift: float = 0.0,
 ) -> Multirotor:
     """The drivetrain of a robot with rotors.
 
@@ -189,7 +199,7 @@ def multirotor(
     return Multirotor(
         axes=("ahead", "left", "turn"), wheels=(), wheel_radius=1.0, wheel_width=0.0,
         rates=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, v_max / w_max, 0.0)),
-        climb=climb, response=response, cruise=cruise, ceiling=ceiling, hover=hover,
+        climb=climb, response=response, cruise=cruise, ceiling=ceiling, hover=hover, drift=drift,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ y = 2.0
 length = 1.8
 width = 0.5
 heading = 30.0
+height = 0.8                 # above it, what flies passes; walls and obstacles without one have no upper end
 [[circle]]                   # columns
 x = 3.0
 y = 0.0
@@ -19,7 +20,7 @@ radius = 0.25
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated
@@ -38,10 +39,12 @@ from vrg.tables import RegionSetting, Table, located, parsed, problems_of
 from vrg.types import Pose
 
 WALL_HEIGHT = 1.0
-"""The height of every wall and obstacle, m, so that every laser sees it."""
+"""The height as which walls and obstacles without an upper end are drawn, and behind which satellites are, m."""
 
 _Number = Annotated[float, Field(ge=-1e4, le=1e4)]
 _Size = Annotated[float, Field(gt=0.0, le=1e4)]
+_Top = _Size | None
+"""The height of a wall or an obstacle, m; None for one without an upper end."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +66,14 @@ class Map:
 
     @cached_property
     def obstacles(self) -> tuple[Polygon | Circle, ...]:
-        """The ground that walls and obstacles cover, as regions."""
-        return (*(Polygon(tuple(box_corners(box))) for box in self.boxes), *self.circles)
+        """The walls and obstacles as regions."""
+        return (*(Polygon(tuple(box_corners(box)), z_max=box.z_max) for box in self.boxes), *self.circles)
+
+    def at(self, height: float) -> "Map":
+        """The map with what is higher than a height, m, alone."""
+        boxes = tuple(box for box in self.boxes if box.z_max is None or box.z_max > height)
+        circles = tuple(circle for circle in self.circles if circle.z_max is None or circle.z_max > height)
+        return self if (boxes, circles) == (self.boxes, self.circles) else replace(self, boxes=boxes, circles=circles)
 
     @cached_property
     def edges(self) -> npt.NDArray[np.float64]:
@@ -90,6 +99,7 @@ class Map:
 class _WallEntry(Table):
     points: Annotated[list[tuple[_Number, _Number]], Field(min_length=2)]
     thickness: _Size
+    height: _Top = None
 
     @model_validator(mode="after")
     def _distinct(self) -> "_WallEntry":
@@ -103,7 +113,7 @@ class _WallEntry(Table):
         for (x0, y0), (x1, y1) in zip(self.points, self.points[1:], strict=False):
             length = math.hypot(x1 - x0, y1 - y0) + self.thickness
             heading = atan2(y1 - y0, x1 - x0)
-            found.append(Box((x0 + x1) / 2, (y0 + y1) / 2, heading, length, self.thickness))
+            found.append(Box((x0 + x1) / 2, (y0 + y1) / 2, heading, length, self.thickness, self.height))
         return found
 
 
@@ -113,12 +123,14 @@ class _BoxEntry(Table):
     length: _Size
     width: _Size
     heading: _Number = 0.0
+    height: _Top = None
 
 
 class _CircleEntry(Table):
     x: _Number
     y: _Number
     radius: _Size
+    height: _Top = None
 
 
 class _Origin(Table):
@@ -161,11 +173,11 @@ def _parse(text: str, file: str) -> Map:
     except ValidationError as error:
         raise ConfigError(located(problems_of(error), file, text)) from None
     boxes = [box for wall in entry.wall for box in wall.boxes()]
-    boxes += [Box(b.x, b.y, math.radians(b.heading), b.length, b.width) for b in entry.box]
+    boxes += [Box(b.x, b.y, math.radians(b.heading), b.length, b.width, b.height) for b in entry.box]
     return Map(
         name=entry.name,
         bounds=entry.bounds,
         boxes=tuple(boxes),
-        circles=tuple(Circle(c.x, c.y, c.radius) for c in entry.circle),
+        circles=tuple(Circle(c.x, c.y, c.radius, z_max=c.height) for c in entry.circle),
         origin=(math.radians(entry.origin.latitude), math.radians(entry.origin.longitude)),
     )

@@ -15,13 +15,18 @@ from vrg.types import Pose, Vector
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A rectangle: centre (m), heading of its length (rad), length and width (m)."""
+    """A rectangle: centre (m), heading of its length (rad), length and width (m).
+
+    Args:
+        z_max: the height to which it reaches, m; None if it has no upper end.
+    """
 
     x: float
     y: float
     heading: float
     length: float
     width: float
+    z_max: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
+import numpy.typing as npt
 
 from vrg.bus.messages import LOST, Body, MeasuredPose, Poses, RefereeState, RobotState, Thing
 from vrg.errors import ConfigError, WorldError
@@ -23,7 +24,7 @@ from vrg.hal.sim.engines.air import AirEngine
 from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.robot import Batteries, Ghost, VirtualRobot
-from vrg.hal.sim.sensors.base import NO_HEIGHTS, Instant, Measured, Surroundings
+from vrg.hal.sim.sensors.base import NO_HEIGHTS, Instant, Measured, Noise, Surroundings
 from vrg.hal.sim.sensors.suite import Frame, SensorSuite
 from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
 from vrg.hal.sim.uses import Uses
@@ -31,6 +32,8 @@ from vrg.types import LEVEL, Pose, Twist
 
 _BATTERY_TICKS = 10
 """The number of ticks between two energy balances."""
+DRIFT_TIME = 1.0
+"""The match time in s for which a robot in the air drifts into one direction."""
 STATE_PERIOD = 0.1
 """The match time in s between two states of a robot of which nothing has changed."""
 
@@ -75,7 +78,11 @@ class World:
             pose, angles = (seen.get(setup.name, setup.pose), ()) if kept is None else (kept.pose, kept.angles)
             starts.append(Start(setup.name, setup.description, pose, setup.physical, angles))
         ground, flying = ENGINES.get(config.engine), any(start.model.flies for start in starts)
-        self._engine = engine = AirEngine(ground, self.map, starts) if flying else ground(self.map, starts)
+        surroundings = Surroundings(self.map, config.seed, config.noise)
+        self._drift = Noise(lambda: surroundings.seed, "drift", 2, [start.name for start in starts])
+        self._engine = engine = (
+            AirEngine(ground, self.map, starts, self._drifts) if flying else ground(self.map, starts)
+        )
         self._flying = flying
         self._robots: list[VirtualRobot | Ghost] = [
             Ghost(start.name, start.pose, self.time) if start.kinematic else VirtualRobot(start.name, start.model, row)
@@ -103,7 +110,6 @@ class World:
             for body, grip in snapshot.held.items():
                 self.bodies.hold(self.bodies.names.index(body), grip)
         self._uses = Uses(self.bodies)
-        surroundings = Surroundings(self.map, config.seed, config.noise)
         self._sensors = SensorSuite(surroundings, engine.names, engine.kinematic.tolist(), self._instant())
         for name, robot in self._virtual.items():
             if (kept := before.get(name)) is not None:
@@ -254,6 +260,11 @@ class World:
         if self.tick % _BATTERY_TICKS == 0:
             self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities, engine.heights)
             self._find_empty()
+
+    def _drifts(self) -> npt.NDArray[np.float64]:
+        """How robots in the air drift at this tick; see `AirEngine`."""
+        number = self.tick // round(DRIFT_TIME / self.config.tick)
+        return self._drift.at(number) if self.config.noise else np.zeros((len(self._robots), 2))
 
     def _decide(self, now: float) -> None:
         """Decide what each virtual robot does at match time `now`, s."""

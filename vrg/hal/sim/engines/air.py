@@ -1,16 +1,18 @@
 """Aerial robots, the same among those of every engine: free bodies that reach commanded velocities with some delay.
 
-They meet walls, which are as high as the sky, and what is at their own height. Whatever they meet is heavier than they
-are, so they give way: nothing on the ground notices them, and two of them slide along each other. They can stand on
-what is below them.
+They meet walls, most of which are as high as the sky, and what is at their own height. Whatever they meet is heavier
+than they are, so they give way: nothing on the ground notices them, and two of them slide along each other. They can
+stand on what is below them.
 
 A robot that is held, or that nobody commands, hovers where it is, and lands after HOVER. Its motors are off then. Those
 that are cut fall.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
@@ -55,6 +57,8 @@ class Flight:
         """True while it takes off, until it is as high as it is to be."""
         self.vx = self.vy = self.climb = self.w = 0.0
         """Its velocity in the map's frame, m/s, and its turn rate, rad/s."""
+        self.drift = 0.0, 0.0
+        """The velocity with which it drifts, in the map's frame, m/s."""
 
     def fly(self, dt: float, theta: float, ground: float) -> None:
         """Change its velocity and its height in dt seconds.
@@ -77,8 +81,8 @@ class Flight:
             twist = self.wanted or STILL
             cos, sin = cos_sin(theta)
             share = dt / (own.response + dt)
-            dx = (twist.v * cos - twist.side * sin - self.vx) * share
-            dy = (twist.v * sin + twist.side * cos - self.vy) * share
+            dx = (twist.v * cos - twist.side * sin + self.drift[0] - self.vx) * share
+            dy = (twist.v * sin + twist.side * cos + self.drift[1] - self.vy) * share
             far = hypot(dx, dy)
             most = min(1.0, self.model.a_max * dt / far) if far else 1.0
             self.vx, self.vy = self.vx + dx * most, self.vy + dy * most
@@ -110,10 +114,15 @@ class AirEngine(Engine):
 
     Args:
         ground: the class of the other engine. map_, robots: see `Engine`.
+        drifts: returns for each robot, for the next step, the velocity along x and along y with which it drifts if it
+            flies, as a multiple of its model's `drift`: shape (robots, 2).
     """
 
-    def __init__(self, ground: type[Engine], map_: Map, robots: Sequence[Start]) -> None:
+    def __init__(
+        self, ground: type[Engine], map_: Map, robots: Sequence[Start], drifts: Callable[[], npt.NDArray[np.float64]]
+    ) -> None:
         super().__init__(map_, robots)
+        self._drifts = drifts
         self._rows_below = [row for row, robot in enumerate(robots) if robot.model.flies is None]
         self._below = ground(map_, [robots[row] for row in self._rows_below])
         self._row_below = {row: number for number, row in enumerate(self._rows_below)}
@@ -124,10 +133,13 @@ class AirEngine(Engine):
         }
         for row, flight in self._flights.items():
             self.heights[row] = flight.z
-        self._walls = [
+        walls = [
             *(placed(rectangle(b.length, b.width), b.x, b.y, b.heading) for b in map_.boxes),
             *(placed(form_of(c.radius, ()), c.x, c.y, 0.0) for c in map_.circles),
         ]
+        tops = (math.inf if region.z_max is None else region.z_max for region in map_.obstacles)
+        self._walls = list(zip(walls, tops, strict=True))
+        """Where walls and obstacles are, and their heights, m."""
         self._forms = [rectangle(*robot.model.size) for robot in robots]
         self._read()
 
@@ -176,9 +188,11 @@ class AirEngine(Engine):
         """Advance by dt seconds."""
         self._below.step(dt)
         self._read()
-        standing = {row: self._placed_at(row) for row in range(len(self.names))}
+        standing, drifts = {row: self._placed_at(row) for row in range(len(self.names))}, self._drifts()
         for row, flight in self._flights.items():
             if not self.kinematic[row]:
+                east, north = drifts[row].tolist()
+                flight.drift = flight.drivetrain.drift * east, flight.drivetrain.drift * north
                 self._fly(flight, dt, standing)
                 standing[row] = self._placed_at(row)
             self.heights[row], self.climbs[row] = flight.z, flight.climb
@@ -193,16 +207,17 @@ class AirEngine(Engine):
         x, y, theta = self.poses[row].tolist()
         here = placed(flight.form, x, y, theta)
         others = {n: (self._height(n), self.models[n].height) for n in standing if n != row}
-        below = [bottom + height for n, (bottom, height) in others.items()
-                 if bottom + height <= flight.z + _NEAR and contacts(here, standing[n])]  # fmt: skip
+        solid = [*self._walls, *((standing[n], bottom + height) for n, (bottom, height) in others.items())]
+        below = [top for place, top in solid if top <= flight.z + _NEAR and contacts(here, place)]
         flight.fly(dt, theta, max(below, default=0.0))
         way = flight.vx * dt, flight.vy * dt
         x, y = x + way[0], y + way[1]
-        meeting = [standing[n] for n, (bottom, height) in others.items() if flight.meets(bottom, height)]
+        meeting = [place for place, top in self._walls if flight.meets(0.0, top)]
+        meeting += [standing[n] for n, (bottom, height) in others.items() if flight.meets(bottom, height)]
         touched: Contact | None = None
         for _ in range(_ROUNDS):
             here = placed(flight.form, x, y, theta)
-            found = [contact for other in (*self._walls, *meeting) for contact in contacts(here, other)]
+            found = [contact for other in meeting for contact in contacts(here, other)]
             deepest = max(found, key=lambda contact: contact.depth, default=None)
             if deepest is None or deepest.depth <= _NEAR:
                 break

@@ -9,7 +9,7 @@ from vrg.portable.scalars import cos_sin
 
 
 class AltimeterSimulation(SensorSimulation[AltimeterSpec]):
-    """Simulates range finders that look down: at the ground, or at a robot below. They see no balls and boxes."""
+    """Simulates range finders that look down: at the ground, a robot or a low wall. They see no balls and boxes."""
 
     deferrable = True
 
@@ -28,6 +28,9 @@ class AltimeterSimulation(SensorSimulation[AltimeterSpec]):
             top = _height(now, other) + model.height
             if other != row and top <= height and _is_over(now, x, y, other):
                 below = max(below, top)
+        for region in self.surroundings.map_.obstacles:
+            if region.z_max is not None and below < region.z_max <= height and region.contains(x, y):
+                below = region.z_max
         distance = height - below
         if self.surroundings.noise:
             distance += spec.noise * float(self._noise.at(now.tick)[self._index[mounted.robot, spec.name], 0])

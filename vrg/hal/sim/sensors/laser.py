@@ -27,6 +27,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         self._static = Edges(surroundings.map_.edges)
         self._edges = self._static
         self._discs = surroundings.map_.discs
+        self._low = any(region.z_max is not None for region in surroundings.map_.obstacles)
         self._seen = self._edges, self._discs
         """What the scans meet that are computed now."""
         self._blocks: dict[tuple[str, str], tuple[tuple[int, int], Floats]] = {}
@@ -39,7 +40,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         self.look(now.models, now.poses)
         alike: dict[tuple[Any, ...], list[Mounted[LaserSpec]]] = {}
         for m in due:
-            height, seen = m.spec.height if now.things else 0.0, None
+            height, seen = m.spec.height if now.things or self._low else 0.0, None
             if len(now.heights):
                 height, rows = now.level(m.row, m.spec.height)
                 seen = tuple(rows)
@@ -48,8 +49,10 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         scans: dict[tuple[str, str], Floats32] = {}
         # Those with the same beams are computed together, which is faster than one by one.
         for (*_, seen, height), group in alike.items():
-            if seen is not None:
-                self.look([now.models[row] for row in seen], now.poses[list(seen)])
+            if seen is None and self._low:
+                self.look(now.models, now.poses, height)
+            elif seen is not None:
+                self.look([now.models[row] for row in seen], now.poses[list(seen)], height)
             self._seen = among_things(self._edges, self._discs, now.things, height)
             numbers = [now.tick // m.spec.due_every(now.dt) for m in group]
             poses = now.poses[[m.row for m in group]]
@@ -62,9 +65,15 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
             readings.append((m.robot, m.spec.name, scan))
         return readings
 
-    def look(self, models: Sequence[RobotModel], poses: Floats) -> None:
-        """Take in where all robots are, shape (robots, 3), before the scans of a tick."""
-        self._edges = among_robots(self._static, models, poses)
+    def look(self, models: Sequence[RobotModel], poses: Floats, height: float = 0.0) -> None:
+        """Take in where all robots are, shape (robots, 3), before the scans of a tick.
+
+        Args:
+            height: that of the laser, m: it looks over what is lower.
+        """
+        map_ = self.surroundings.map_.at(height)
+        static = self._static if map_ is self.surroundings.map_ else Edges(map_.edges)
+        self._edges, self._discs = among_robots(static, models, poses), map_.discs
         self._seen = self._edges, self._discs
 
     def scans(

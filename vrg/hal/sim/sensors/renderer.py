@@ -78,11 +78,12 @@ class Renderer:
         self._models: list[RobotModel] = []
         self._bodies: list[int] = []
         for box in map_.boxes:
-            half = (box.length / 2, box.width / 2, WALL_HEIGHT / 2)
-            place = (box.x, box.y, WALL_HEIGHT / 2)
+            up = (box.z_max or WALL_HEIGHT) / 2
+            half, place = (box.length / 2, box.width / 2, up), (box.x, box.y, up)
             self._body([_Part(pybullet.GEOM_BOX, half, place, _WALL, _turned(box.heading))])
         for circle in map_.circles:
-            half, place = (circle.radius, circle.radius, WALL_HEIGHT / 2), (circle.x, circle.y, WALL_HEIGHT / 2)
+            up = (circle.z_max or WALL_HEIGHT) / 2
+            half, place = (circle.radius, circle.radius, up), (circle.x, circle.y, up)
             self._body([_Part(pybullet.GEOM_CYLINDER, half, place, _ROUND)])
 
     def look(self, models: Sequence[RobotModel], poses: Floats) -> None:
