@@ -288,12 +288,12 @@ BUDGETS = {
     "launch": 3_815,  # with what a process says why it ends, the owner of a folder, rules that fail, fingerprints
     "games": 3_904,  # with the look of what lies on a field, rules that a match and batches share, scouts in the air
     "bus": 2_740,  # with the rules and the entrance of its router, messages that are made when read, and what is a body
-    "hal/sim": 3_905,  # with passive bodies, real ones among them, what grips and pulls them, robots in the air, low walls
+    "hal/sim": 3_888,  # with passive bodies, real ones among them, what grips and pulls them, what flies, low walls
     "localisation": 591,  # with things that have no odometry
     "hal/can/workshop": 1_100,  # with what is no drive, and what is sent to none; what a match asks of emulated drives
     "coordinator": 2_160,  # with passive bodies that are placed and published, and looks as rows of numbers
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
-    "hal": 1_742,  # actuators; the permission of robots, which the world uses too; what flies and looks down
+    "hal": 1_749,  # actuators; the permission of robots, which the world uses too; what flies and looks down
     "shared values": 1_897,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_185,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_535,  # with sketches that are rounded, beams that are computed once, installed packages, and flying

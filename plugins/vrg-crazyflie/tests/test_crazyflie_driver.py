@@ -18,6 +18,7 @@ from vrg.testing.loading import loaded
 from vrg.types import Twist
 from vrg_crazyflie.driver import CrazyflieDriver
 from vrg_crazyflie.emulated import firmware, wire
+from vrg_crazyflie.flight import LEAD
 
 FIRM = 0.07
 """The time constant in s of the velocity of a Crazyflie that brakes as soon as the contract wants robots to: within
@@ -52,6 +53,27 @@ def test_how_soon_it_stands(bench: CrazyflieBench) -> None:
     assert COMMAND_TIMEOUT < bench.now - began <= 1.1
     assert bench.body.x - from_x <= 0.35
     assert bench.driver.read().armed, "it hovers"
+
+
+def test_it_climbs_to_its_ceiling_and_sinks_by_command_and_lands_from_there() -> None:
+    with CrazyflieBench(height=0.4, ceiling=1.5) as bench:
+        bench.fly()
+        bench.run(Twist(0.2, 0.0, climb=0.1), 3.0)
+        assert bench.body.z == pytest.approx(0.65, abs=0.1)
+        before = bench.body.z
+        bench.run(Twist(0.0, 0.0, climb=0.5), 2.0)
+        assert 0.4 < bench.body.z - before < 2.0 * 2.0 * LEAD
+        bench.run(Twist(0.0, 0.0, climb=0.5), 4.0)
+        assert bench.body.z == pytest.approx(1.5, abs=0.05)
+        bench.run(Twist(0.0, 0.0, climb=-0.5), 2.0)
+        bench.run(Twist(0.3, 0.0), 2.0)
+        assert bench.body.z == pytest.approx(1.0, abs=0.2)
+        there = bench.body.z
+        bench.run(Twist(0.3, 0.0), 3.0)
+        assert bench.body.z == pytest.approx(there, abs=0.05), "it keeps that height"
+        assert not bench.fault
+        bench.driver.disarm()
+        bench.time_until(lambda: bench.body.z < 0.01)
 
 
 def test_it_takes_off_to_its_height_and_is_armed_there() -> None:

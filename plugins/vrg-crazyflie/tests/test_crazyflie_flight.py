@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vrg.errors import RobotError
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.types import STILL, Pose, Twist
-from vrg_crazyflie.flight import Arming, Command, Flight, Hover, Land, Order, Phase
+from vrg_crazyflie.flight import CLIMB_SPEED, LOWEST, Arming, Command, Flight, Hover, Land, Order, Phase
 from vrg_crazyflie.report import Info, Motion, Status, Way, motion_of, status_of
 
 READY = Info.ARMED | Info.AUTO_ARM | Info.CAN_FLY
@@ -24,8 +24,8 @@ AHEAD = Twist(0.3, 0.1, -0.2)
 class Air:
     """A flight, and reports of a body that does at once what it is told."""
 
-    def __init__(self) -> None:
-        self.flight = Flight("cf", HEIGHT, 3.3)
+    def __init__(self, ceiling: float = 0.0) -> None:
+        self.flight = Flight("cf", HEIGHT, ceiling, 3.3)
         self.now, self.ground = 0.0, 0.0
         self.motion = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.status = Status(0.0, READY, 4.0, 0, 0.9, 36000.0)
@@ -66,6 +66,44 @@ class Air:
         """Ask it to take off, from now on at each step."""
         self.flight.arm(self.now)
         self.asks = True
+
+
+@given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(0.1, 2.0)), max_size=8))
+@settings(deadline=None, max_examples=50)
+def test_it_climbs_and_sinks_between_its_bounds_and_is_never_led_far_from_where_it_is(
+    ways: list[tuple[float, float]],
+) -> None:
+    air = Air(ceiling=1.2)
+    air.fly()
+    for climb, seconds in ways:
+        for _ in range(round(seconds / STEP)):
+            before = air.motion.z
+            air.flight.drive(Twist(0.0, 0.0, climb=climb), air.now)
+            hovers = [command for command in air.step() if isinstance(command, Hover)]
+            assert all(LOWEST <= command.height <= 1.2 for command in hovers)
+            assert all(abs(command.height - before) <= CLIMB_SPEED * STEP + 1e-9 for command in hovers)
+    kept = air.motion.z
+    air.flight.drive(STILL, air.now)
+    air.steps(1.0)
+    assert air.motion.z == kept, "it keeps the height that it has reached"
+    assert air.flight.armed
+    assert not air.flight.fault(air.now)
+
+
+def test_one_without_a_ceiling_keeps_its_height_and_one_that_cannot_climb_is_no_one_that_sinks() -> None:
+    level = Air()
+    level.fly()
+    level.flight.drive(Twist(0.0, 0.0, climb=0.5), level.now)
+    level.steps(0.4)
+    assert level.motion.z == HEIGHT
+    heavy = Air(ceiling=1.2)
+    heavy.fly()
+    for _ in range(50):
+        heavy.flight.drive(Twist(0.0, 0.0, climb=0.5), heavy.now)
+        heavy.step()
+        heavy.motion = replace(heavy.motion, z=HEIGHT)
+    assert heavy.flight.armed
+    assert not heavy.flight.fault(heavy.now)
 
 
 def test_nothing_is_sent_before_it_reports_and_before_it_is_armed() -> None:

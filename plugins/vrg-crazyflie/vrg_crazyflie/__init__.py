@@ -1,1 +1,1 @@
-"""Crazyflie 2.1 quadrotors, which fly at one height and move in the plane as VRG's other robots do."""
+"""Crazyflie 2.1 quadrotors, which move in the plane as VRG's other robots do, and up and down."""

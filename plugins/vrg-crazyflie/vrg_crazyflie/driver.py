@@ -34,7 +34,7 @@ RECOVERY: Final = 20.0
 
 
 class CrazyflieDriver(Driver):
-    """A Crazyflie that flies at one height; see `Driver`. Armed means that it hovers there.
+    """A Crazyflie; see `Driver`. Armed means that it has taken off and hovers.
 
     Args:
         context: its options are those of `CrazyflieSettings`. clock: the time by which it flies.
@@ -54,7 +54,7 @@ class CrazyflieDriver(Driver):
             self.measures = self.measures | {"ins"}
         self._now, self._clock = context.now, clock
         self._radio = Radio(context.name, robot.uri, self._heard, self._lost)
-        self._flight = Flight(context.name, robot.height, robot.battery_low)
+        self._flight = Flight(context.name, robot.height, robot.ceiling, robot.battery_low)
         self._way = Way()
         self._last: Motion | None = None
         """The newest report of the motion; it stays while the link is lost."""
@@ -92,7 +92,7 @@ class CrazyflieDriver(Driver):
                 self._flight.arm(self._clock.now())
 
     def drive(self, twist: Twist) -> None:
-        """Fly at a velocity in the frame of the body, at its height.
+        """Fly at a velocity in the frame of the body. It climbs and sinks within its bounds, if it may.
 
         Raises:
             RobotError: it does not hover, a fault, or the emergency stop.

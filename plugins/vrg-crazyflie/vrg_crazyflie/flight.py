@@ -21,6 +21,9 @@ LONGEST_LANDING: Final = 3.5
 """The time in s that a landing takes at most, from wherever: the launcher kills a process that takes 5 s to stop."""
 CLIMB_TOLERANCE: Final = 0.08
 """The distance in m from its height within which it hovers there."""
+LOWEST, LEAD = 0.2, 0.14
+"""The height in m to which it sinks by command, and how far it is led up or down, less than SINK_DEPTH. The firmware
+follows at twice that in a second (crazyflie-firmware 2026.08, PID_POS_Z_KP)."""
 CLIMB_PATIENCE, ARM_PATIENCE, LAND_PATIENCE = 2.0, 3.0, 3.0
 """The time in s by which a take-off, arming and a landing may take longer than planned."""
 ASK_TIMEOUT: Final = 0.5
@@ -84,15 +87,16 @@ class Flight:
     """The flight of one Crazyflie.
 
     Args:
-        name: of the robot, for messages. height: above the ground, at which it flies, m.
+        name: of the robot, for messages.
+        height, ceiling: the heights above the ground to which it takes off, and up to which it obeys `climb`, m.
         battery_low: the voltage in V under load below which it lands.
 
     Attributes:
         engaged: True while the emergency stop holds it. latched: the fault that stays until `recover`; empty for none.
     """
 
-    def __init__(self, name: str, height: float, battery_low: float) -> None:
-        self._name, self._height, self._battery_low = name, height, battery_low
+    def __init__(self, name: str, height: float, ceiling: float, battery_low: float) -> None:
+        self._name, self._height, self._ceiling, self._battery_low = name, height, ceiling, battery_low
         self.engaged = False
         self.forget()
 
@@ -107,6 +111,8 @@ class Flight:
         self._since = self._ordered = -math.inf
         self._ground = 0.0
         """The height that the estimator reported before it took off, m."""
+        self._level, self._stepped = self._height, -math.inf
+        """The height above the ground that it keeps, m, and when it was last told so, s."""
         self._command, self._commanded = STILL, -math.inf
         self._landing, self._lost_place = 0.0, False
         """The time that the landing takes, s, and whether it does not know its place."""
@@ -260,23 +266,31 @@ class Flight:
             self.lose("it does not leave the ground though its thrust is up: is a propeller blocked or a motor dead?")
             return []
         if wanted >= self._height and abs(risen - self._height) < CLIMB_TOLERANCE:
+            self._level, self._stepped = self._height, now
             self._go(Phase.FLYING, now)
         elif passed > self._height / CLIMB_SPEED + CLIMB_PATIENCE:
             self._fail(f"it does not reach its height of {self._height:g} m: it hovers at {risen:.2f} m", now)
         return [Hover(STILL, self._ground + min(wanted, self._height))]
 
     def _flying(self, now: float, motion: Motion, status: Status) -> list[Command]:
-        is_low = motion.z < self._ground + self._height - SINK_DEPTH and status.thrust > LIFTING_THRUST
+        risen = motion.z - self._ground
+        is_low = risen < self._level - SINK_DEPTH and status.thrust > LIFTING_THRUST
         self._sunk = None if not is_low else now if self._sunk is None else self._sunk
         if self._sunk is not None and now - self._sunk >= SINK_TIME:
             self._fail("it sinks though its thrust is up: is a propeller damaged, or the load too heavy?", now)
         is_fresh = now - self._commanded <= COMMAND_TIMEOUT and now - motion.heard <= REPORT_TIMEOUT
-        return [Hover(self._command if is_fresh else STILL, self._ground + self._height)]
+        command = self._command if is_fresh else STILL
+        if command.climb and self._ceiling > self._height:
+            climb = max(-CLIMB_SPEED, min(CLIMB_SPEED, command.climb)) * min(REPEAT, now - self._stepped)
+            level = max(risen - LEAD, min(risen + LEAD, self._level + climb))
+            self._level = max(LOWEST, min(level, self._ceiling))
+        self._stepped = now
+        return [Hover(command, self._ground + self._level)]
 
     def _braking(self, now: float, motion: Motion, status: Status) -> list[Command]:
         if now - self._since < BRAKE_TIME and abs(motion.twist.speed) > BRAKE_SPEED:
-            return [Hover(STILL, self._ground + self._height if self._lost_place else max(motion.z, self._ground))]
-        height = motion.z - self._ground if not self._lost_place else self._height
+            return [Hover(STILL, self._ground + self._level if self._lost_place else max(motion.z, self._ground))]
+        height = motion.z - self._ground if not self._lost_place else self._level
         self._landing = min(max(0.5, height / LAND_SPEED), LONGEST_LANDING)
         self._go(Phase.LANDING, now)
         return self._land(now, motion, status)
@@ -288,7 +302,7 @@ class Flight:
             self._go(Phase.GROUND, now)
             return [Order.OFF, Arming(False)]
         if self._lost_place:
-            return [Hover(STILL, self._ground + self._height * (1.0 - passed / self._landing))]
+            return [Hover(STILL, self._ground + self._level * (1.0 - passed / self._landing))]
         # The high-level commander must have planned before it takes over, so it does that a step later.
         return (self._again(now, Land(self._landing, self._ground)) or [Order.YIELD]) if passed < self._landing else []
 

@@ -35,7 +35,8 @@ class CrazyflieRobot(Table):
 
     Args:
         uri: its address, such as `radio://0/80/2M/E7E7E7E701`; an emulated one needs none.
-        height: the height above the ground at which it flies, m.
+        height: the height above the ground to which it takes off, m.
+        ceiling: that to which it may climb, m; it flies at one height if it is not higher than that.
         pose: `odometry` if its estimator has no frame that others know, as with a Flow deck: its way since VRG first
             heard it counts. `map` if the estimator's frame is that of the map, as with Lighthouse or motion capture.
         battery_low: the voltage under load below which it lands, V.
@@ -43,6 +44,7 @@ class CrazyflieRobot(Table):
 
     uri: Annotated[str, AfterValidator(uri_of)] = ""
     height: float = Field(0.4, ge=0.2, le=2.0)
+    ceiling: float = Field(0.0, ge=0.0, le=2.0)
     pose: Literal["odometry", "map"] = "odometry"
     battery_low: float = Field(3.3, ge=3.0, le=3.8)
 
