@@ -87,7 +87,7 @@ def main() -> None:
         for sequence in range(round(chosen.seconds / PERIOD)):
             command = {"forward": 0.5, "turn": 0.2, "lease": LEASE}
             # A command counts from the match time at which it was given, so it has the stamp of the match's clock.
-            manual.put(msgpack.packb([FORMAT, 2, sender, key, sequence, match.time, command]))
+            manual.put(msgpack.packb([FORMAT, 3, sender, key, sequence, match.time, command]))
             if sequence % 10 == 0:
                 print(match.line(chosen.player), flush=True)
             pause.wait(PERIOD)

@@ -257,6 +257,17 @@ def test_a_human_holds_the_lease_for_its_time(bench: Bench) -> None:
     assert bench.device.manual_twist(bench.time) is None
 
 
+def test_a_human_lets_climb_what_flies_alone() -> None:
+    assert CRAZYFLIE.flies is not None
+    for model, climb in ((MODEL, 0.0), (CRAZYFLIE, -0.5 * CRAZYFLIE.flies.climb)):
+        driver = FakeDriver()
+        driver.features = model
+        bench = Bench(driver)
+        bench.say(KEYS.manual("a"), m.Manual(forward=0.0, turn=0.0, climb=-0.5, lease=0.3))
+        bench.tick()
+        assert bench.device.manual_twist(bench.time) == Twist(0.0, 0.0, climb=climb)
+
+
 class TestPhysicalRobots:
     @pytest.fixture
     def physical(self) -> Bench:

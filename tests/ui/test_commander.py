@@ -201,6 +201,22 @@ class TestGamepad:
         [left] = used.tick()
         assert left == m.Manual(forward=0.0, turn=1.0, lease=LEASE)
 
+    def test_the_right_stick_and_page_keys_climb_and_sink(self, used: Bench) -> None:
+        used.press(DIRECTIONS[0])
+        used.pad.button(RIGHT, True)
+        used.pad.axis(pygame.CONTROLLER_AXIS_RIGHTY, -1.0)
+        used.tick()
+        [up] = used.tick()
+        assert up == m.Manual(forward=0.0, turn=0.0, climb=SLOW, lease=LEASE)
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_PAGEDOWN, mod=0))
+        [down] = used.tick()
+        assert down == m.Manual(forward=0.0, turn=0.0, climb=-SLOW, lease=LEASE)
+        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_PAGEDOWN, mod=0))
+        used.pad.axis(pygame.CONTROLLER_AXIS_RIGHTY, 0.1)
+        used.tick()
+        [still] = used.tick()
+        assert still == m.Manual(forward=0.0, turn=0.0, lease=LEASE), "that is within its dead zone"
+
     def test_a_players_button_changes_over_and_the_same_one_gives_back(self, used: Bench) -> None:
         gives_back = m.Manual(forward=0.0, turn=0.0, lease=0.0)
         used.press(DIRECTIONS[0])

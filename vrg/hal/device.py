@@ -27,7 +27,7 @@ from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
-from vrg.types import STILL, Pose, Twist
+from vrg.types import LEVEL, STILL, Pose, Twist
 
 log = logging.getLogger(__name__)
 
@@ -210,7 +210,8 @@ class Device:
         if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
             return None
         wanted, robot = manual.body, self.features
-        return Twist(wanted.forward * robot.v_max, wanted.turn * robot.w_max, wanted.side * robot.v_max)
+        climb = 0.0 if robot.flies is None else wanted.climb * robot.flies.climb
+        return Twist(wanted.forward * robot.v_max, wanted.turn * robot.w_max, wanted.side * robot.v_max, climb or LEVEL)
 
     def arm(self) -> None:
         """Let the motors accept commands; `read().armed` is True when they accept them.

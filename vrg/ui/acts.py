@@ -121,6 +121,7 @@ _ROWS: Final = ((ORDERS, Act.ORDER), (DIGITS, Act.PLAYER))
 
 AHEAD: Final = {pygame.K_UP: 1.0, pygame.K_DOWN: -1.0}
 ASIDE: Final = {pygame.K_LEFT: 1.0, pygame.K_RIGHT: -1.0}
+UPWARDS: Final = {pygame.K_PAGEUP: 1.0, pygame.K_PAGEDOWN: -1.0}
 FAST: Final = frozenset({pygame.K_LSHIFT, pygame.K_RSHIFT})
 
 PAD: Final = {

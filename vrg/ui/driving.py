@@ -30,21 +30,23 @@ class Hands:
     """The state of a person's controls at one instant.
 
     Args:
-        forward, turn: -1 to 1: ahead, and to the left.
+        forward, turn, climb: -1 to 1: ahead, to the left, and up.
         enabled: the dead-man's switch is held. Without it the driven player stands.
         turbo: full speed is asked for.
     """
 
     forward: float = 0.0
     turn: float = 0.0
+    climb: float = 0.0
     enabled: bool = False
     turbo: bool = False
 
     @property
-    def shares(self) -> tuple[float, float]:
-        """The parts of the robot's top speed and of its top turn rate that are asked for, each -1 to 1."""
+    def shares(self) -> tuple[float, float, float]:
+        """The parts of the robot's top speed, top turn rate and top climb that are asked for, each -1 to 1."""
         share = 0.0 if not self.enabled else 1.0 if self.turbo else SLOW
-        return max(-1.0, min(1.0, self.forward)) * share, max(-1.0, min(1.0, self.turn)) * share
+        forward, turn, climb = (max(-1.0, min(1.0, own)) * share for own in (self.forward, self.turn, self.climb))
+        return forward, turn, climb
 
 
 def radial(x: float, y: float) -> tuple[float, float]:
@@ -84,15 +86,16 @@ class Driving:
             self.give_back()
         self.player = player
 
-    def command(self, forward: float, turn: float, rate: float) -> None:
+    def command(self, shares: tuple[float, float, float], rate: float) -> None:
         """Renew the lease. This is to be called at each tick while the match clock runs.
 
         Args:
-            forward, turn: the parts of the robot's top speed and of its top turn rate, -1 to 1.
+            shares: as `Hands.shares`.
             rate: match seconds per real second; 0 means as fast as possible.
         """
         if self.player is not None:
-            manual = Manual(forward=forward, turn=turn, lease=lease(rate))
+            forward, turn, climb = shares
+            manual = Manual(forward=forward, turn=turn, climb=climb, lease=lease(rate))
             self.mailbox.publish(self.keys.manual(self.player), manual)
             self._commanded = self.mailbox.now
 

@@ -59,14 +59,16 @@ class Manual(Message, frozen=True, kw_only=True):
         forward: from -1 (full speed back) to 1 (full speed ahead).
         turn: from -1 (fast to the right) to 1 (fast to the left).
         side: from -1 (full speed to the right) to 1 (full speed to the left), for a robot that can drive sideways.
+        climb: from -1 (full speed down) to 1 (full speed up), for a robot that flies.
         lease: the match time for which the command holds, s, 0 to 1. 0 gives the robot back to its strategy.
     """
 
-    version = 2
+    version = 3
 
     forward: Signed
     turn: Signed
     side: Signed = 0.0
+    climb: Signed = 0.0
     lease: Annotated[float, Meta(ge=0.0, le=1.0)]
 
 

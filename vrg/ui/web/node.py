@@ -231,7 +231,7 @@ class WebNode(Node):
             self._release(command, TAKEN)
         else:
             driving.take(player)
-            driving.command(command.forward, command.turn, self._scene.rate)
+            driving.command((command.forward, command.turn, 0.0), self._scene.rate)
 
     def _release(self, command: PageDrive, words: str) -> None:
         self._held[command.player] = command.guest

@@ -17,7 +17,7 @@ from typing import Final
 import pygame
 from pygame._sdl2 import controller
 
-from vrg.ui.acts import AHEAD, ASIDE, DEADMAN, FAST, PAD, PAD_AHEAD, PAD_BACK, TURBO, Act, Press, press_of
+from vrg.ui.acts import AHEAD, ASIDE, DEADMAN, FAST, PAD, PAD_AHEAD, PAD_BACK, TURBO, UPWARDS, Act, Press, press_of
 from vrg.ui.driving import SILENCE, Hands, radial
 
 FULL: Final = 32767.0
@@ -74,18 +74,18 @@ class Pads:
     def hands(self) -> Hands:
         """The present state of the controls. While a gamepad is in use and a key steers too, the key counts."""
         keys = self._keys - self._barred
-        if keys & {*AHEAD, *ASIDE}:
-            forward = sum(AHEAD.get(key, 0.0) for key in keys)
-            turn = sum(ASIDE.get(key, 0.0) for key in keys)
-            return Hands(forward, turn, enabled=True, turbo=not keys.isdisjoint(FAST))
+        if keys & {*AHEAD, *ASIDE, *UPWARDS}:
+            forward, turn, climb = (sum(way.get(key, 0.0) for key in keys) for way in (AHEAD, ASIDE, UPWARDS))
+            return Hands(forward, turn, climb, enabled=True, turbo=not keys.isdisjoint(FAST))
         if self.active is None:
             return Hands()
-        x, y = (self._axes.get(axis, 0.0) for axis in (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY))
-        x, y = radial(x, y)
+        x, y = radial(*(self._axes.get(a, 0.0) for a in (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY)))
+        _, down = radial(0.0, self._axes.get(pygame.CONTROLLER_AXIS_RIGHTY, 0.0))
         buttons = (PAD_AHEAD in self._held) - (PAD_BACK in self._held)
         return Hands(
             max(-1.0, min(1.0, buttons - y)),
             -x,
+            -down,
             enabled=DEADMAN in self._held and self._free and self.now() - self._heard <= SILENCE,
             turbo=TURBO in self._held,
         )

@@ -104,7 +104,7 @@ class WindowNode(Window, Node):
 
     def steer(self, tick: Tick) -> None:
         """Publish what the user's hands ask for. This is called at each tick while the match clock runs."""
-        self.driving.command(*self.pads.hands.shares, self.scene.rate)
+        self.driving.command(self.pads.hands.shares, self.scene.rate)
 
     def draw(self, window: pygame.Surface, tick: Tick) -> None:
         """Draw `scene` upon the window."""

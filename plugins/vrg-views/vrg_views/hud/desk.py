@@ -10,7 +10,7 @@ from typing import Final
 
 from vrg.hal.models import RobotModel
 from vrg.navigation.avoidance import Obstacle
-from vrg.types import STILL, Twist, Vector
+from vrg.types import LEVEL, STILL, Twist, Vector
 from vrg.ui.deeds import MAY_NOT_MOVE, NO_CLOCK, hindrance
 from vrg.ui.driving import Driving, Hands
 from vrg.ui.scene import Scene
@@ -119,7 +119,7 @@ class Desk:
             return
         situation = self.situation(seen, hands)
         twist = STILL if situation is None else self._helm.step(situation)
-        self.driving.command(*self._shares(twist), rate)
+        self.driving.command(self._shares(twist), rate)
 
     def way(self, seen: Telemetry) -> list[Vector]:
         """The points of the way that the robot will drive, the goal last; empty while it is sent nowhere."""
@@ -146,7 +146,8 @@ class Desk:
 
     def situation(self, seen: Telemetry, hands: Hands) -> Situation | None:
         """The input of the automaton; None while the robot's pose is not known."""
-        forward, turn = hands.shares
+        forward, turn, climb = hands.shares
+        most = 0.0 if self.robot.flies is None else self.robot.flies.climb
         pose = seen.pose
         if pose is None or (self._stale(seen) and self.wish is not Wish.MANUAL):
             return None
@@ -157,7 +158,7 @@ class Desk:
             wish=self.wish,
             goal=self.goal or self.home,
             home=self.home,
-            hands=Twist(forward * self.robot.v_max, turn * self.robot.w_max),
+            hands=Twist(forward * self.robot.v_max, turn * self.robot.w_max, climb=climb * most or LEVEL),
             neighbours=[Obstacle(o.place, o.velocity, radius + o.radius) for o in self._others],
             bounds=self.ground.bounds,
             walls=self.ground.walls,
@@ -202,8 +203,9 @@ class Desk:
     def _stale(seen: Telemetry) -> bool:
         return seen.pose_age is None or seen.pose_age > POSE_TIMEOUT
 
-    def _shares(self, twist: Twist) -> tuple[float, float]:
+    def _shares(self, twist: Twist) -> tuple[float, float, float]:
         """A motion as parts of what the robot can do. A motion that is too fast is slowed down on the same curve."""
         forward, turn = twist.v / self.robot.v_max, twist.w / self.robot.w_max
         most = max(1.0, abs(forward), abs(turn))
-        return forward / most, turn / most
+        climb = twist.climb / self.robot.flies.climb if self.robot.flies is not None else 0.0
+        return forward / most, turn / most, climb
