@@ -294,7 +294,7 @@ BUDGETS = {
     "coordinator": 2_160,  # with passive bodies that are placed and published, and looks as rows of numbers
     "runs": 1_398,  # with what a replay shows and takes up, what differs between runs and what computed them, robots
     "hal": 1_750,  # actuators; the permission of robots, which the world uses too; what flies and looks down
-    "shared values": 1_897,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
+    "shared values": 1_907,  # figures of a picture; what plug-ins add and show; whom an error is about; releases
     "testing": 3_185,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_535,  # with sketches that are rounded, beams that are computed once, installed packages, and flying
     "recording": 1_160,  # with what a file of MCAP cannot hold, and the ways of bodies

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
 from types import MappingProxyType
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_args
 
 import msgspec
 from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, ValidationError
@@ -61,6 +61,16 @@ def problems_of(
         known = fields if len(place) == 1 else lists.get(str(place[0]), ()) if len(place) == 3 else ()
         guess = did_you_mean(str(place[-1]), known) if detail["type"] == "extra_forbidden" else ""
         found.append(Problem(_words(detail) + guess, (*prefix, *place)))
+    return found
+
+
+def tables_in(kind: type[BaseModel]) -> dict[str, Iterable[str]]:
+    """The names of the fields of the tables that a table has by name, as robots, by the field that has them."""
+    found: dict[str, Iterable[str]] = {}
+    for name, field in kind.model_fields.items():
+        inner = next(reversed(get_args(field.annotation)), None)
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            found[name] = inner.model_fields
     return found
 
 

@@ -16,6 +16,7 @@ from vrg.games import UNKNOWN_GAME
 from vrg.recording.reader import calls_of, read_tracks, setting_of
 from vrg.recording.recorded import read_recorded
 from vrg.regions import Circle, Rectangle
+from vrg.runs.run_folder import RunFolder
 from vrg.testing.views import synthetic
 from vrg.ui.plots import plot
 from vrg.ui.plots.heights import HEIGHTS, heights
@@ -257,6 +258,7 @@ def test_of_those_that_flew_a_second_picture_has_the_heights_by_time(usual, reco
     (name, track), *others = tracks.items()
     high = dataclasses.replace(track, z=np.linspace(0.0, 2.0, track.times.size))
     plot_trajectories({name: high, **dict(others)}, tmp_path / "plot.png")
+    assert RunFolder(tmp_path).heights == tmp_path / HEIGHTS
     assert matplotlib.image.imread(tmp_path / HEIGHTS).shape[1] > 600
     (axes,) = heights({name: high}, UNKNOWN_GAME).axes
     assert words(axes) == [name]

@@ -265,6 +265,6 @@ def emulation(setup: MatchSetup, *, strict: bool = False) -> "Simulation | None"
     if real:
         raise ConfigError(
             f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "
-            "[backends.can]): a match in one process does not wait for real ones; leave --in-process out"
+            "[backends.can]): a match in one process does not wait for real ones; leave --in-process out, or add --sim"
         )
     return simulation

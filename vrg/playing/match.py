@@ -226,5 +226,5 @@ def _conclude(launch: Launch, folder: RunFolder, played: Played) -> None:
     launch.console.print(f"[bold]{escape(words)}[/bold]{summary(result)}", soft_wrap=True)
     if result["stops"]["sentence"]:
         launch.console.print(escape(result["stops"]["sentence"]), soft_wrap=True)
-    kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
+    kept = (folder.result, folder.journal, *folder.recordings(), folder.plot, folder.heights)
     launch.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)

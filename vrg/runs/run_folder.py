@@ -30,7 +30,7 @@ class RunFolder:
         branch: what was changed, in the run folder of a match that was taken up from another one.
         snapshot: the snapshot from which a restarted world goes on.
         logs: the folder with one log per process.
-        result: the result of the match. plot: the plot of the trajectories.
+        result: the result of the match. plot: the plot of the trajectories. heights: that of who flew.
     """
 
     def __init__(self, path: Path) -> None:
@@ -51,6 +51,7 @@ class RunFolder:
         self.logs = path / "logs"
         self.result = path / "result.json"
         self.plot = path / "trajectories.png"
+        self.heights = path / "heights.png"
 
     @classmethod
     def create(cls, parent: Path, match: str, now: datetime) -> "RunFolder":

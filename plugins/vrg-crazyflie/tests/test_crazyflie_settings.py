@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
@@ -18,6 +19,15 @@ ANN, BOB = "radio://0/80/2M/E7E7E7E701", "radio://0/80/2M/E7E7E7E702"
 def problems(model: Any = CRAZYFLIE, emulate: bool = False, **uris: str) -> list[str]:
     table = {"emulate": emulate, "robots": {name: {"uri": uri} if uri else {} for name, uri in uris.items()}}
     return CrazyflieSettings.model_validate(table).problems({"ann": model, "bob": model}, Path())
+
+
+def test_an_unknown_field_of_a_robot_is_guessed_at(tmp_path: Path) -> None:
+    match = tmp_path / "m.toml"
+    text = (Path(__file__).parents[1] / "examples" / "emulated.toml").read_text()
+    assert "height = " in text
+    match.write_text(text.replace("height = ", "hieght = ", 1))
+    with pytest.raises(ConfigError, match="hieght: unknown field, did you mean 'height'"):
+        load_match(match)
 
 
 @pytest.mark.parametrize(

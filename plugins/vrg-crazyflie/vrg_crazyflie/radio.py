@@ -1,5 +1,6 @@
 """The thin shell around cflib: it connects, sends commands and hands over reports."""
 
+import logging
 import math
 import threading
 from collections.abc import Callable, Mapping
@@ -43,7 +44,7 @@ class Radio:
         self._craft: Crazyflie | None = None
 
     def open(self) -> None:
-        """Connect, or connect again, and start the reports.
+        """Connect, where nothing is connected, and start the reports.
 
         Raises:
             RobotError: it does not answer, or its firmware is too old.
@@ -52,7 +53,7 @@ class Radio:
 
         from vrg_crazyflie.emulated.link import SCHEME, register  # noqa: PLC0415
 
-        self.close()
+        logging.getLogger("cflib").setLevel(logging.CRITICAL)  # errors, which it logs with tracebacks, are raised here
         register()
         cache = None if self.uri.startswith(SCHEME) else user_cache_path("vrg") / "crazyflie"
         try:
@@ -117,7 +118,6 @@ class Radio:
             raise RobotError("it cannot be restarted by its cable: switch it off and on, then recover it", self._name)
         from cflib.utils.power_switch import PowerSwitch  # noqa: PLC0415
 
-        self.close()
         try:
             switch = PowerSwitch(self.uri)
             try:

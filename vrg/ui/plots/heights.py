@@ -24,6 +24,7 @@ def heights(tracks: Mapping[str, RobotPoses], game: Game) -> Figure:
         colour, line = rgb(game.style(role).colour), "--" if track.physical else "-"
         axes.plot(track.times, track.z, line, color=colour, linewidth=1.5)
         axes.annotate(name, (track.times[-1], track.z[-1]), xytext=(4, 0), textcoords="offset points", va="center")
+    axes.margins(x=0.1)  # where the names are
     axes.set(xlabel="match time, s", ylabel="height, m", ylim=(0.0, None))
     axes.grid(alpha=0.3)
     return figure
