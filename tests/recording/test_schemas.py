@@ -58,7 +58,8 @@ def test_a_zone_is_described_with_the_fields_of_every_shape():
     for shape in (Rectangle, Circle, Sector):
         assert set(shape.__struct_fields__) <= set(region)
     assert region["shape"] == {"type": "string"}
-    assert not set(Polygon.__struct_fields__) & set(region), "viewers know no arrays of arrays"
+    assert "points" in Polygon.__struct_fields__
+    assert "points" not in region, "viewers know no arrays of arrays"
 
 
 @pytest.mark.parametrize("record", sorted(MESSAGES, key=str))
