@@ -49,7 +49,7 @@ class _Shape(Struct, frozen=True, kw_only=True, tag_field="shape", forbid_unknow
     """The base class of all regions. The border belongs to the region.
 
     Args:
-        z_min, z_max: the heights between which it extends, m; by default from the ground upwards, without an end.
+        z_min: the height at which it begins, m. z_max: the height at which it ends, m; None if it has no upper end.
     """
 
     z_min: Metres = 0.0

@@ -65,7 +65,7 @@ def problems_of(
 
 
 def tables_in(kind: type[BaseModel]) -> dict[str, Iterable[str]]:
-    """The names of the fields of the tables that a table has by name, as robots, by the field that has them."""
+    """The names of the fields of the tables in each field that is a list or a dictionary of tables, such as robots."""
     found: dict[str, Iterable[str]] = {}
     for name, field in kind.model_fields.items():
         inner = next(reversed(get_args(field.annotation)), None)

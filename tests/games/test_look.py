@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from msgspec import structs
 
 from vrg.bus.messages import Zone
 from vrg.colours import GREEN, PURPLE, WHITE
@@ -26,6 +27,12 @@ def of_zone(region: Region, kind: str = "start", name: str = "harbour", team: st
     """The figure of one zone on a field."""
     found = look.ground(UNKNOWN_GAME, (FIELD, Zone(name=name, kind=kind, region=region, team=team)), ())
     return next(figure for figure in found if figure.name == f"zone {name}")
+
+
+def test_a_wall_is_drawn_as_high_as_it_is() -> None:
+    low, high = REGIONS[0], REGIONS[1]
+    walls = look.ground(UNKNOWN_GAME, (FIELD,), (structs.replace(low, z_max=0.4), high))[-2:]
+    assert [figure.shapes[0].height for figure in walls] == [0.4, look.WALL_HEIGHT]
 
 
 @pytest.mark.parametrize("region", REGIONS)

@@ -152,6 +152,18 @@ def test_it_drifts_as_a_random_walk_of_velocities_and_stays_at_rest(engine: str)
     made.close()
 
 
+def test_the_drift_goes_on_after_a_snapshot_and_depends_on_the_seed(engine: str) -> None:
+    made = World(config(("a", 0.0, 0.0, 0.0), engine=engine, model="Crazyflie", seed=5))
+    flown(made, 5.0, a=STILL)
+    kept = decode_snapshot(encode_snapshot(made.snapshot()))
+    again, other = World(made.config, kept), World(made.config, kept)
+    other.reseed(6)
+    ways = [flown(world, 5.0, a=STILL)[-1] for world in (again, World(made.config, kept), other)]
+    assert ways[0] == ways[1] != ways[2]
+    for world in (made, again, other):
+        world.close()
+
+
 LOW_WALLS = """
 name = "low"
 bounds = { x_min = -9, y_min = -9, x_max = 9, y_max = 9 }

@@ -82,6 +82,15 @@ def test_a_robot_ahead_is_red_in_the_middle_and_nearer_is_larger(look: Look) -> 
     assert near.sum() > 2.5 * far.sum() > 0
 
 
+def test_a_low_wall_hides_less_of_the_sky(look: Look) -> None:
+    none, low, high = (
+        look((0.0, 0.0, 0.0), boxes=boxes)[:60]
+        for boxes in ((), (Box(2.0, 0.0, 0.0, 0.2, 20.0, 0.2),), (Box(2.0, 0.0, 0.0, 0.2, 20.0),))
+    )
+    assert (low == none).all(), "it is lower than the camera"
+    assert (high != none).any()
+
+
 def test_models_have_colours_of_their_own(look: Look) -> None:
     pioneer, junior = (look((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), models=(P2AT, m)) for m in (P2AT, ATRV))
     assert is_red(pioneer).any()

@@ -25,7 +25,8 @@ from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.spec import Sample
 from vrg.playing.question import EVERY_KIND, VIEWS_KEPT, Answering, Questions, TooManyQuestionsError, Wanted
-from vrg.types import Pose
+from vrg.regions import Circle
+from vrg.types import Pose, Uncertainty
 
 
 def views_of(game: str) -> list[View]:
@@ -80,6 +81,24 @@ def test_what_arrives_is_what_was_sent(game: str) -> None:
             arrived = wire.shown(view)
             assert plain(arrived) == plain(view)
             assert len(plain(view).readings.samples) == 2
+
+
+def test_every_field_arrives() -> None:
+    """Each has another value than where nothing is known."""
+    wire, view = Wire(), views_of("roboflag")[0]
+    readings = structs.replace(view.readings, stamp=0.4, age=0.1, armed=False, estop=True, fault="hot", latched=True)
+    full = structs.replace(
+        view, pose=Pose(1.0, 2.0, 3.0, 0.5), priority="hail-mary", uncertainty=Uncertainty(0.1, 0.02, 0.3, 0.04),
+        obstacles=(Circle(1.0, 2.0, 0.5, z_max=0.7),), readings=readings,
+    )  # fmt: skip
+    empty = View(
+        0.0, view.me, Readings(0.0, 0.0, armed=True, estop=False), view.referee, {}, view.robot, Pose(0.0, 0.0, 0.0)
+    )
+    for name in View.__struct_fields__:
+        same = name in ("me", "referee", "robot")
+        assert (getattr(full, name) == getattr(empty, name)) is same, name
+    for _ in range(2):
+        assert plain(wire.shown(full)) == plain(full)
 
 
 def test_what_is_always_the_same_is_sent_once() -> None:

@@ -10,6 +10,8 @@ from vrg.regions import Bounds, Region
 from vrg.shared import shared
 from vrg.types import Twist, Vector
 
+ABOVE = 0.6
+"""The height in m from which on a player is above all that drives."""
 LOOK_AHEAD = 4.0
 """The distance in m along x and along y within which bodies are looked at."""
 
@@ -60,7 +62,7 @@ def _near(view: View, ignore: Sequence[str]) -> list[Obstacle]:
 
 @shared
 def _crowd(state: RefereeState, velocities: Mapping[str, Vector]) -> Crowd:
-    """All players whose poses are known; one that may not move has no velocity."""
+    """All players whose poses are known and that are not above the others; one that may not move has no velocity."""
     return Crowd(
         CrowdBody(
             player.name,
@@ -69,7 +71,7 @@ def _crowd(state: RefereeState, velocities: Mapping[str, Vector]) -> Crowd:
             player.radius,
         )
         for player in state.players
-        if player.pose is not None
+        if player.pose is not None and player.pose.z < ABOVE
     )
 
 

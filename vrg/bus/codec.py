@@ -138,14 +138,17 @@ def header(payload: bytes, key: str) -> Header:
     return found
 
 
-def _new_decoder(message_type: type[Message]) -> msgspec.msgpack.Decoder[Message]:
+def decoder_of(message_type: type[T]) -> msgspec.msgpack.Decoder[T]:
+    """The decoder of the bodies of a type of messages, for any thread."""
+    if (known := _bodies.get(message_type)) is not None:
+        return known  # type: ignore[return-value]
     # msgspec describes a type to itself when it first meets it. A description that another thread has only half made
     # crashes the process, so one thread at a time makes decoders.
     with _making:
         decoder = _bodies.get(message_type)
         if decoder is None:
             decoder = _bodies[message_type] = msgspec.msgpack.Decoder(message_type)
-        return decoder
+        return decoder  # type: ignore[return-value]
 
 
 def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
@@ -165,14 +168,13 @@ def decode_body(head: Header, message_type: type[T]) -> Received[T]:
     Raises:
         MessageError: see `decode`.
     """
-    decoder = _bodies.get(message_type) or _new_decoder(message_type)
     if head.version != message_type.version:
         raise MessageError(
             f"{head.key}: expected version {message_type.version} of {message_type.__name__}, got {head.version}: "
             "run the same release of vrg everywhere"
         )
     try:
-        body = decoder.decode(head.body)
+        body = decoder_of(message_type).decode(head.body)
     except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
         raise MessageError(f"{head.key}: expected {message_type.__name__}: {printable(str(error))}") from None
-    return Received(head.key, head.stamp, head.sequence, body, head.sender)  # type: ignore[arg-type]
+    return Received(head.key, head.stamp, head.sequence, body, head.sender)

@@ -218,7 +218,7 @@ class TeamTable(FileTable, frozen=True, kw_only=True):
     """One [teams.NAME] table of a match file.
 
     Args:
-        strategy: the strategy of each player of the team that names no other.
+        strategy: the strategy of each player of the team that names no other; see `Game.follows_team`.
     """
 
     strategy: str | None = None
@@ -316,7 +316,7 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
         secret: makes the random numbers others than those of the seed alone, so that they cannot be worked out from it.
         rate: match seconds per real second.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
-            sensors: no noise and no drop-outs, for any value of `sensors`.
+            sensors: no noise and no drop-outs, for any value of `sensors`; and no drift in the air.
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.

@@ -16,7 +16,7 @@ from vrg.bus.topics import Keys
 from vrg.config.files import HERE, Machine, MatchFile, PlayerEntry
 from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.files import decoded, read_bytes, write_whole
-from vrg.games import file_of
+from vrg.games import file_of, game_of
 from vrg.hal.backends import BACKENDS, Companion
 from vrg.hal.location import FUSION, ODOMETRY
 from vrg.hal.models import RobotModel, robot_model
@@ -259,6 +259,11 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         names = [player.name for player in self.players]
         known, guess = ", ".join(names), did_you_mean(name, names)
         raise ConfigError(f"expected the name of a player of this match ({known}), got {name!r}{guess}")
+
+    def followers(self, team: str) -> list[str]:
+        """The players of a team that play by its strategy; see `Game.follows_team`."""
+        game = game_of(self.game)
+        return [player.name for player in self.players if player.team == team and game.follows_team(player.role)]
 
     def substituted(self, name: str, strategy: str) -> Self:
         """Return the same match in which a player plays by another strategy.

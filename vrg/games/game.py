@@ -40,7 +40,7 @@ class Role:
         name: the game's word for it, such as `shark`. team: the team of the players that begin in this role.
         colour, marker: how a player in this role is drawn.
         strategy: `module:Class` of the strategy that a player in this role has if the match file names no other; empty
-            for that of the game.
+            for that of the game. A player in a further role of its team that has one does not follow its team's.
     """
 
     name: str

@@ -22,7 +22,7 @@ NOSE: Final = 0.3
 _RIM: Final = 0.12
 """The width of the rim of a physical robot, as a part of its length; that of a virtual one is a third of it."""
 WALL_HEIGHT: Final = 1.0
-"""The height as which walls without an upper end are drawn, m: `vrg.hal.sim.map.WALL_HEIGHT`."""
+"""The height with which walls without an upper end are drawn, m: `vrg.hal.sim.map.WALL_HEIGHT`."""
 SHADOW: Final = 0.6
 """How far a shadow lies to the right of what is in the air, and below it on the map, in lengths of it for each metre of
 its height: it is drawn larger than it is where it would be too small to see, and so is the way to its shadow."""

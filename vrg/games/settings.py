@@ -93,8 +93,8 @@ def aerial_problems(scouts: Sequence[str], contestants: Sequence[Contestant]) ->
     Args:
         scouts: the roles of scouts.
     """
-    needs = "a scout needs a robot whose camera looks down, such as a Crazyflie"
-    above = f"a robot in the air can only be a {' or '.join(scouts)}: it meets nobody, and nobody meets it"
+    needs = 'a scout needs a robot whose camera looks down: write model = "Crazyflie"'
+    above = f"a robot in the air can only be a {' or a '.join(scouts)}: give it that role, or a model that drives"
     return [
         Problem(above if c.overview is not None else needs, ("players", c.name))
         for c in contestants

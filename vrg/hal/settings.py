@@ -2,10 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
+from pydantic import ValidationError
+
+from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
-from vrg.tables import Table
+from vrg.tables import Table, problems_of, tables_in
 
 if TYPE_CHECKING:
     from vrg.hal.can.workshop.emulation import Emulation
@@ -13,6 +16,18 @@ if TYPE_CHECKING:
 
 class BackendSettings(Table):
     """The base class of the tables of all backends. The subclass of a backend adds the fields."""
+
+    @classmethod
+    def read(cls, backend: str, table: Mapping[str, Any]) -> Self:
+        """The settings in the table of a backend of this name.
+
+        Raises:
+            ConfigError: with every problem of the table.
+        """
+        try:
+            return cls.model_validate(dict(table))
+        except ValidationError as error:
+            raise ConfigError(problems_of(error, ("backends", backend), cls.model_fields, tables_in(cls))) from None
 
     @property
     def emulation(self) -> "Emulation | None":

@@ -8,7 +8,6 @@ has looked at before; when it looks at another kind, it asks for that reading fi
 import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from typing import Annotated, Any, Final, NamedTuple, TypeVar
 
 import msgspec
@@ -16,6 +15,7 @@ from msgspec import Meta, Struct, structs
 
 from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import View
+from vrg.bus.codec import decoder_of
 from vrg.bus.messages import PlayerStatus, RefereeState, SensorMessage
 from vrg.errors import VrgError
 from vrg.hal.models import RobotModel
@@ -155,12 +155,7 @@ def _pack(view: View, kinds: tuple[str, ...]) -> tuple[_PackedSample, ...]:
 
 
 def _unpack(samples: tuple[_PackedSample, ...]) -> Samples:
-    return [Sample(stamp, age, _decoder(kind).decode(value), name) for stamp, age, kind, value, name in samples]
-
-
-@cache
-def _decoder(kind: type[SensorMessage]) -> msgspec.msgpack.Decoder[SensorMessage]:
-    return msgspec.msgpack.Decoder(kind)
+    return [Sample(stamp, age, decoder_of(kind).decode(value), name) for stamp, age, kind, value, name in samples]
 
 
 class Answering:
@@ -188,7 +183,8 @@ class Answering:
         if packed.same is not None:
             self._robot, self._obstacles = packed.same
         referee = _state_decoder.decode(packed.referee)
-        samples = _AskedSamples(_unpack(packed.samples), packed.kinds, lambda kind: self._readings(packed.number, kind))
+        number = packed.number  # not the whole of it, which would be kept with a view that a strategy keeps
+        samples = _AskedSamples(_unpack(packed.samples), packed.kinds, lambda kind: self._readings(number, kind))
         return View(
             time=packed.time,
             me=referee.players[packed.me] if isinstance(packed.me, int) else packed.me,

@@ -120,7 +120,7 @@ def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     say_where_on_request()
     time = [0.0]
-    if hasattr(os, "SCHED_BATCH"):
+    if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
         with contextlib.suppress(OSError):  # a container may forbid it
             # Whoever sends it a view is not interrupted by it, and first sends the views of the others.
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))

@@ -54,8 +54,8 @@ def by_player(setup: MatchSetup, wanted: Mapping[str, str], what: str = "players
     """The strategy of each player of a match that is to have another one.
 
     Args:
-        wanted: strategies, as people name them, by player, or by team for all its players. A name that a team and one
-            of its players have is that player's.
+        wanted: strategies, as people name them, by player, or by team for all that follow it. A name that a team and
+            one of its players have is that player's.
         what: where they were named, for errors.
 
     Raises:
@@ -70,7 +70,7 @@ def by_player(setup: MatchSetup, wanted: Mapping[str, str], what: str = "players
             raise ConfigError(
                 [f"{what}.{name}: expected the name of a strategy, or of a file with one, got {strategy!r}"]
             )
-        own = [name] if name in names else [player.name for player in setup.players if player.team == name]
+        own = [name] if name in names else setup.followers(name)
         if not own:
             raise ConfigError([f"{what}: {expected_one_of(list(dict.fromkeys([*teams, *names])), name)}"])
         found |= dict.fromkeys(own, whole_target(strategy))

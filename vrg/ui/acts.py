@@ -35,6 +35,7 @@ class Act(Enum):
     BEGIN = ("HOME", "to the start")
     END = ("END", "to the end")
     STEER = ("ARROWS", "steer, SHIFT: fast")
+    CLIMB = ("PG UP, DN", "climb, sink")
     LEAVE = ("ESC", "give it back, close")
     BRANCH = ("F", "from here on")
     WHY = ("W", "why this call")

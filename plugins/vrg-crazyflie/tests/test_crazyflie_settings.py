@@ -10,7 +10,7 @@ from vrg.errors import ConfigError
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg_crazyflie.driver import CrazyflieDriver
-from vrg_crazyflie.settings import CrazyflieSettings, crazyflie_settings
+from vrg_crazyflie.settings import CrazyflieSettings
 
 CRAZYFLIE, P2AT = robot_model("Crazyflie"), robot_model("P2AT")
 ANN, BOB = "radio://0/80/2M/E7E7E7E701", "radio://0/80/2M/E7E7E7E702"
@@ -19,6 +19,15 @@ ANN, BOB = "radio://0/80/2M/E7E7E7E701", "radio://0/80/2M/E7E7E7E702"
 def problems(model: Any = CRAZYFLIE, emulate: bool = False, **uris: str) -> list[str]:
     table = {"emulate": emulate, "robots": {name: {"uri": uri} if uri else {} for name, uri in uris.items()}}
     return CrazyflieSettings.model_validate(table).problems({"ann": model, "bob": model}, Path())
+
+
+def test_a_ceiling_is_above_the_height() -> None:
+    table = {
+        "emulate": True,
+        "robots": {"ann": {"height": 1.0, "ceiling": 0.8}, "bob": {"height": 1.0, "ceiling": 1.1}},
+    }
+    [problem] = CrazyflieSettings.model_validate(table).problems({"ann": CRAZYFLIE, "bob": CRAZYFLIE}, Path())
+    assert problem == "robots.ann: expected a ceiling above its height, 1 m, got 0.8: raise it, or leave it out"
 
 
 def test_an_unknown_field_of_a_robot_is_guessed_at(tmp_path: Path) -> None:
@@ -46,7 +55,7 @@ def test_an_unknown_field_of_a_robot_is_guessed_at(tmp_path: Path) -> None:
 )
 def test_a_mistake_is_named_in_words(table: dict[str, Any], words: str) -> None:
     with pytest.raises(ConfigError, match=r"backends\.crazyflie") as caught:
-        crazyflie_settings(table)
+        CrazyflieSettings.read("crazyflie", table)
     assert words in str(caught.value)
 
 
@@ -62,7 +71,7 @@ def test_a_mistake_is_named_in_words(table: dict[str, Any], words: str) -> None:
     ],
 )
 def test_addresses_of_cflib_are_taken(uri: str) -> None:
-    assert crazyflie_settings({"robots": {"ann": {"uri": uri}}}).robot("ann").uri == uri
+    assert CrazyflieSettings.read("crazyflie", {"robots": {"ann": {"uri": uri}}}).robot("ann").uri == uri
 
 
 def test_two_robots_need_two_addresses_and_two_radios() -> None:
@@ -90,7 +99,9 @@ def test_a_robot_needs_a_table_with_its_address_unless_it_is_emulated() -> None:
     context = DriverContext(name="ann", model=CRAZYFLIE)
     with pytest.raises(ConfigError, match=r"expected \[backends\.crazyflie\.robots\.ann\] with a uri"):
         CrazyflieDriver(context)
-    emulated = crazyflie_settings({"emulate": True, "robots": {"ann": {"uri": ANN, "height": 0.7}}}).robot("ann")
+    emulated = CrazyflieSettings.read(
+        "crazyflie", {"emulate": True, "robots": {"ann": {"uri": ANN, "height": 0.7}}}
+    ).robot("ann")
     assert (emulated.uri, emulated.height) == ("vrg://ann", 0.7)
 
 
@@ -102,13 +113,15 @@ def test_a_model_must_move_in_any_direction() -> None:
 
 
 def test_what_nobody_has_tried_is_said_of_real_ones_only() -> None:
-    real, emulated = (crazyflie_settings({"emulate": e, "robots": {"ann": {"uri": ANN}}}) for e in (False, True))
+    real, emulated = (
+        CrazyflieSettings.read("crazyflie", {"emulate": e, "robots": {"ann": {"uri": ANN}}}) for e in (False, True)
+    )
     assert "cuts its motors after 2 s" in real.unverified(["ann"])[0]
     assert emulated.unverified(["ann"]) == emulated.missing_here(["ann"]) == []
 
 
 def test_a_radio_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = crazyflie_settings({"robots": {"ann": {"uri": ANN}, "bob": {"uri": "usb://0"}}})
+    settings = CrazyflieSettings.read("crazyflie", {"robots": {"ann": {"uri": ANN}, "bob": {"uri": "usb://0"}}})
     serials = "cflib.drivers.crazyradio.get_serials"
     monkeypatch.setattr(serials, lambda: [])
     assert "ann: no Crazyradio is plugged in" in settings.missing_here(["ann", "bob"])[0]

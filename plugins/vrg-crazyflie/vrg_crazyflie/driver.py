@@ -19,7 +19,7 @@ from vrg.types import LEVEL, Pose, Twist
 from vrg_crazyflie.flight import Flight, Order
 from vrg_crazyflie.radio import Radio
 from vrg_crazyflie.report import Info, Motion, Way, motion_of, status_of
-from vrg_crazyflie.settings import CrazyflieSettings, crazyflie_settings
+from vrg_crazyflie.settings import CrazyflieSettings
 
 log = logging.getLogger(__name__)
 
@@ -48,7 +48,7 @@ class CrazyflieDriver(Driver):
 
     def __init__(self, context: DriverContext, clock: MonotonicClock = REAL_CLOCK) -> None:
         super().__init__(context.name, context.model)
-        robot = crazyflie_settings(context.options).robot(context.name)
+        robot = CrazyflieSettings.read("crazyflie", context.options).robot(context.name)
         self._on_map = robot.pose == "map"
         if self._on_map:
             self.measures = self.measures | {"ins"}

@@ -21,9 +21,9 @@ LONGEST_LANDING: Final = 3.5
 """The time in s that a landing takes at most, from wherever: the launcher kills a process that takes 5 s to stop."""
 CLIMB_TOLERANCE: Final = 0.08
 """The distance in m from its height within which it hovers there."""
-LOWEST, LEAD = 0.2, 0.14
-"""The height in m to which it sinks by command, and how far it is led up or down, less than SINK_DEPTH. The firmware
-follows at twice that in a second (crazyflie-firmware 2026.08, PID_POS_Z_KP)."""
+LOWEST, LEAD, CLIMB_GAIN = 0.2, 0.14, 2.0
+"""The height in m down to which it sinks by command, the most that it is led up or down, less than SINK_DEPTH in m, and
+the speed in m/s with which the firmware follows one metre of it (crazyflie-firmware 2026.08, PID_POS_Z_KP)."""
 CLIMB_PATIENCE, ARM_PATIENCE, LAND_PATIENCE = 2.0, 3.0, 3.0
 """The time in s by which a take-off, arming and a landing may take longer than planned."""
 ASK_TIMEOUT: Final = 0.5
@@ -88,14 +88,14 @@ class Flight:
 
     Args:
         name: of the robot, for messages.
-        height, ceiling: the heights above the ground to which it takes off, and up to which it obeys `climb`, m.
+        height: above the ground, to which it takes off, m. ceiling: the greatest to which commands make it climb, m.
         battery_low: the voltage in V under load below which it lands.
 
     Attributes:
         engaged: True while the emergency stop holds it. latched: the fault that stays until `recover`; empty for none.
     """
 
-    def __init__(self, name: str, height: float, ceiling: float, battery_low: float) -> None:
+    def __init__(self, name: str, height: float, ceiling: float | None, battery_low: float) -> None:
         self._name, self._height, self._ceiling, self._battery_low = name, height, ceiling, battery_low
         self.engaged = False
         self.forget()
@@ -111,8 +111,8 @@ class Flight:
         self._since = self._ordered = -math.inf
         self._ground = 0.0
         """The height that the estimator reported before it took off, m."""
-        self._level, self._stepped = self._height, -math.inf
-        """The height above the ground that it keeps, m, and when it was last told so, s."""
+        self._level, self._climbs = 0.0, False
+        """The height above the ground that it keeps, m, and whether it was last told to climb or to sink."""
         self._command, self._commanded = STILL, -math.inf
         self._landing, self._lost_place = 0.0, False
         """The time that the landing takes, s, and whether it does not know its place."""
@@ -266,11 +266,11 @@ class Flight:
             self.lose("it does not leave the ground though its thrust is up: is a propeller blocked or a motor dead?")
             return []
         if wanted >= self._height and abs(risen - self._height) < CLIMB_TOLERANCE:
-            self._level, self._stepped = self._height, now
             self._go(Phase.FLYING, now)
         elif passed > self._height / CLIMB_SPEED + CLIMB_PATIENCE:
             self._fail(f"it does not reach its height of {self._height:g} m: it hovers at {risen:.2f} m", now)
-        return [Hover(STILL, self._ground + min(wanted, self._height))]
+        self._level = min(wanted, self._height)
+        return [Hover(STILL, self._ground + self._level)]
 
     def _flying(self, now: float, motion: Motion, status: Status) -> list[Command]:
         risen = motion.z - self._ground
@@ -280,11 +280,11 @@ class Flight:
             self._fail("it sinks though its thrust is up: is a propeller damaged, or the load too heavy?", now)
         is_fresh = now - self._commanded <= COMMAND_TIMEOUT and now - motion.heard <= REPORT_TIMEOUT
         command = self._command if is_fresh else STILL
-        if command.climb and self._ceiling > self._height:
-            climb = max(-CLIMB_SPEED, min(CLIMB_SPEED, command.climb)) * min(REPEAT, now - self._stepped)
-            level = max(risen - LEAD, min(risen + LEAD, self._level + climb))
-            self._level = max(LOWEST, min(level, self._ceiling))
-        self._stepped = now
+        if self._ceiling is not None and (command.climb or self._climbs):
+            aim = risen + max(-LEAD, min(LEAD, command.climb / CLIMB_GAIN))
+            # It keeps a level that it does not reach, or nobody would notice that it sinks.
+            level = max(aim, self._level) if command.climb > 0.0 else min(aim, self._level) if command.climb else risen
+            self._level, self._climbs = max(LOWEST, min(level, self._ceiling)), bool(command.climb)
         return [Hover(command, self._ground + self._level)]
 
     def _braking(self, now: float, motion: Motion, status: Status) -> list[Command]:
@@ -326,4 +326,4 @@ class Flight:
         self._wanted, self._off, self.phase = False, True, Phase.GROUND
 
     def _go(self, phase: Phase, now: float) -> None:
-        self.phase, self._since, self._ordered = phase, now, -math.inf
+        self.phase, self._since, self._ordered, self._climbs = phase, now, -math.inf, False

@@ -44,7 +44,7 @@ class Radio:
         self._craft: Crazyflie | None = None
 
     def open(self) -> None:
-        """Connect, where nothing is connected, and start the reports.
+        """Connect, and start the reports. Nothing may be connected yet.
 
         Raises:
             RobotError: it does not answer, or its firmware is too old.

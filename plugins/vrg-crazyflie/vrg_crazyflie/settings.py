@@ -3,14 +3,14 @@
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import AfterValidator, Field, ValidationError
+from pydantic import AfterValidator, Field
 
 from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
 from vrg.hal.settings import BackendSettings
-from vrg.tables import Table, problems_of
+from vrg.tables import Table
 
 _URI: Final = re.compile(
     r"radio://(\d+|[0-9A-Fa-f]{10})/(\d\d?|1[01]\d|12[0-5])/(250K|1M|2M)(/[0-9A-Fa-f]{1,10})?(\?.*)?"
@@ -36,7 +36,7 @@ class CrazyflieRobot(Table):
     Args:
         uri: its address, such as `radio://0/80/2M/E7E7E7E701`; an emulated one needs none.
         height: the height above the ground to which it takes off, m.
-        ceiling: that to which it may climb, m; it flies at one height if it is not higher than that.
+        ceiling: the greatest height to which commands make it climb, m; None if it keeps its height.
         pose: `odometry` if its estimator has no frame that others know, as with a Flow deck: its way since VRG first
             heard it counts. `map` if the estimator's frame is that of the map, as with Lighthouse or motion capture.
         battery_low: the voltage under load below which it lands, V.
@@ -44,7 +44,7 @@ class CrazyflieRobot(Table):
 
     uri: Annotated[str, AfterValidator(uri_of)] = ""
     height: float = Field(0.4, ge=0.2, le=2.0)
-    ceiling: float = Field(0.0, ge=0.0, le=2.0)
+    ceiling: float | None = Field(None, ge=0.2, le=2.0)
     pose: Literal["odometry", "map"] = "odometry"
     battery_low: float = Field(3.3, ge=3.0, le=3.8)
 
@@ -75,11 +75,17 @@ class CrazyflieSettings(BackendSettings):
         return found
 
     def problems(self, robots: Mapping[str, RobotModel], base: Path) -> list[str]:
-        """Robots without an address, two of one address, and models that cannot fly sideways."""
+        """Low ceilings, robots without an address, two of one address, and models that cannot fly sideways."""
         found = [
             f'{name}: expected a model that moves in any direction, such as model = "Crazyflie", got {model.name}'
             for name, model in robots.items()
             if not model.drivetrain.holonomic
+        ]
+        found += [
+            f"robots.{name}: expected a ceiling above its height, {robot.height:g} m, got {robot.ceiling:g}: "
+            "raise it, or leave it out"
+            for name, robot in self.robots.items()
+            if robot.ceiling is not None and robot.ceiling <= robot.height
         ]
         if self.emulate:
             return found
@@ -133,15 +139,3 @@ def _identity(uri: str) -> str:
 
 def _no_table(name: str) -> str:
     return f"expected [backends.crazyflie.robots.{name}] with a uri such as radio://0/80/2M/E7E7E7E701, found none"
-
-
-def crazyflie_settings(table: Mapping[str, Any]) -> CrazyflieSettings:
-    """The settings in a table [backends.crazyflie].
-
-    Raises:
-        ConfigError: with every problem of the table.
-    """
-    try:
-        return CrazyflieSettings.model_validate(dict(table))
-    except ValidationError as error:
-        raise ConfigError(problems_of(error, ("backends", "crazyflie"))) from None

@@ -14,7 +14,7 @@ from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.settings import can_settings
+from vrg.hal.can.settings import CanSettings
 from vrg.hal.driver import COMMAND_TIMEOUT, DriverContext
 from vrg.hal.models import robot_model
 from vrg.testing.can.bench import CanBench, Drives, Lab, settings
@@ -256,5 +256,5 @@ def test_an_axis_without_outputs_switches_none() -> None:
 
 
 def test_a_check_of_real_drives_names_what_it_cannot_know() -> None:
-    found = can_settings(settings("cia402", [1], [2], LINK, outputs=OUTPUTS)).unverified(["r"])
+    found = CanSettings.read("can", settings("cia402", [1], [2], LINK, outputs=OUTPUTS)).unverified(["r"])
     assert any("the output of its gripper goes off if this computer fails" in line for line in found)

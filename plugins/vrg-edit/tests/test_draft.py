@@ -67,6 +67,8 @@ def test_the_default_strategy_is_that_of_the_team_of_the_role_or_of_the_game() -
     team = "blue" if draft.players[0].role.startswith("blue") else "red"
     assert draft.set(("teams", team, "strategy"), "mixed").default(strategy) == "mixed"
     assert draft.set(("players", 0, "role"), "nobody").default(strategy) == ""
+    scout = draft.set(("players", 0, "role"), f"{team}-scout")
+    assert scout.default(strategy) == "vrg.games.roboflag.scout:Scout", "not that of its team"
 
 
 def test_a_position_outside_of_the_map_is_a_problem_of_its_fields_and_the_zones_stay(draft: Draft) -> None:

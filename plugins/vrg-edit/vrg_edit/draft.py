@@ -143,7 +143,8 @@ class Draft:
         match path:
             case ("players", int(player), "strategy"):
                 role = game_of(self.game).role(self.shown(("players", player, "role")))
-                team = "" if role is None else self.shown(("teams", role.team, "strategy"))
+                follows = role is not None and game_of(self.game).follows_team(role.name)
+                team = self.shown(("teams", role.team, "strategy")) if role is not None and follows else ""
                 return team or _default_strategy(self.game, "" if role is None else role.name)
             case ("players", _, str(name)):
                 return COLUMNS.get(name, "")

@@ -8,7 +8,7 @@ from typing import Final, TypeVar
 from vrg.config.setup import MatchSetup
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.settings import can_settings
+from vrg.hal.can.settings import CanSettings
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind as DriveFault
 from vrg.hal.can.workshop.faults import FaultRequest
@@ -117,7 +117,7 @@ class CanRobots:
         self._tampers: dict[Wire, list[Tamper]] = {}
         self._silent: dict[Wire, int] = {}
         self._drives_silent: dict[str, int] = {}
-        settings = can_settings(setup.backends.get("can", {}))
+        settings = CanSettings.read("can", setup.backends.get("can", {}))
         for player in setup.players:
             if player.backend == "can":
                 wire, nodes = simulation.wire(settings.link(player.name)), settings.robots[player.name].nodes

@@ -188,9 +188,10 @@ def teams_of(setup: CheckedMatch, first: str | None = None) -> tuple[str, str]:
 
 
 def with_strategies(setup: CheckedMatch, by_team: dict[str, str]) -> CheckedMatch:
-    """Return the same match in which every player of one of these teams plays by the strategy of the team."""
-    for player in (player for player in setup.players if player.team in by_team):
-        setup = setup.substituted(player.name, seen_from(Path(setup.base), by_team[player.team]))
+    """Return the same match in which one of these teams plays by its strategy, apart from scouts and the like."""
+    for team, strategy in by_team.items():
+        for name in setup.followers(team):
+            setup = setup.substituted(name, seen_from(Path(setup.base), strategy))
     return setup
 
 

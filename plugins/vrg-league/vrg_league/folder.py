@@ -126,8 +126,8 @@ class ExperimentFolder:
             raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
         found = load_match(folder.match_file)
         for team, target in strategies.items():
-            for player in found.players:
-                if player.team == team and _end(player.strategy) != _end(target):
+            for player in map(found.player, found.followers(team)):
+                if _end(player.strategy) != _end(target):
                     text = f"expected {player.name} to play with {target}, found {player.strategy}"
                     raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found

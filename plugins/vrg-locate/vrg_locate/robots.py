@@ -9,7 +9,7 @@ from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.files import read_json, read_text
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.settings import can_settings
+from vrg.hal.can.settings import CanSettings
 from vrg.hal.models import RobotModel
 from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.runs.keeping import FILES
@@ -79,7 +79,7 @@ def as_driven(setup: MatchSetup, entry: PlayerSetup, run: RunFolder) -> tuple[li
     model = entry.robot
     if entry.backend != "can":
         return [], model
-    wiring, before = can_settings(setup.backends.get("can", {})).robots[entry.name], None
+    wiring, before = CanSettings.read("can", setup.backends.get("can", {})).robots[entry.name], None
     if wiring.calibration:
         # The file of the match may be another one by now; its copy in the run is not.
         kept = run.path / wiring.calibration

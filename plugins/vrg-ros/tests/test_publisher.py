@@ -226,7 +226,7 @@ def test_commands_become_a_lease_of_a_player() -> None:
     bench.node = RosPublisher("ros", bench.mailbox, KEYS, "/m", bench, robots={"ann": MODEL}, driven={"ann": newest})
 
     def drives(v: float, w: float, time: float, side: float = 0.0) -> list[m.Manual]:
-        waiting[:] = [{"linear": {"x": v, "y": side}, "angular": {"z": w}}]
+        waiting[:] = [{"linear": {"x": v, "y": side, "z": 0.0}, "angular": {"z": w}}]
         bench.tick(time)
         return [out.message.body for out in bench.mailbox.collect() if isinstance(out.message.body, m.Manual)]
 
@@ -242,11 +242,28 @@ def test_commands_become_a_lease_of_a_player() -> None:
 
 
 def test_a_robot_that_can_is_driven_sideways() -> None:
-    bench, commands = Bench(), iter([None, {"linear": {"x": 0.0, "y": -2 * OMNI.v_max}, "angular": {"z": 0.0}}])
+    bench, commands = (
+        Bench(),
+        iter([None, {"linear": {"x": 0.0, "y": -2 * OMNI.v_max, "z": 0.3}, "angular": {"z": 0.0}}]),
+    )
     bench.node = RosPublisher(
         "ros", bench.mailbox, KEYS, "/m", bench, robots={"ann": OMNI}, driven={"ann": lambda: next(commands)}
     )
     bench.tick(1.0)
     bench.tick(1.1)
     (manual,) = [out.message.body for out in bench.mailbox.collect() if isinstance(out.message.body, m.Manual)]
-    assert (manual.forward, manual.turn, manual.side) == (0.0, 0.0, -1.0)
+    assert (manual.forward, manual.turn, manual.side, manual.climb) == (0.0, 0.0, -1.0, 0.0), "it does not fly"
+
+
+def test_a_robot_that_flies_climbs() -> None:
+    flying = robot_model("Crazyflie")
+    assert flying.flies is not None
+    command = {"linear": {"x": 0.0, "y": 0.0, "z": -flying.flies.climb / 2}, "angular": {"z": 0.0}}
+    bench, commands = Bench(), iter([None, command])
+    bench.node = RosPublisher(
+        "ros", bench.mailbox, KEYS, "/m", bench, robots={"ann": flying}, driven={"ann": lambda: next(commands)}
+    )
+    bench.tick(1.0)
+    bench.tick(1.1)
+    (manual,) = [out.message.body for out in bench.mailbox.collect() if isinstance(out.message.body, m.Manual)]
+    assert (manual.forward, manual.climb) == (0.0, -0.5)

@@ -51,7 +51,7 @@ def quaternion(heading: float) -> Fields:
 
 def twist(of: Twist) -> Fields:
     """A velocity in the robot's frame."""
-    return {"linear": {"x": of.v, "y": of.side}, "angular": {"z": of.w}}
+    return {"linear": {"x": of.v, "y": of.side, "z": of.climb}, "angular": {"z": of.w}}
 
 
 def covariance(known: Uncertainty | None) -> list[float]:

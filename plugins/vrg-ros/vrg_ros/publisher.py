@@ -167,8 +167,10 @@ class RosPublisher(Node):
         aside = command["linear"]["y"] / model.v_max if model.drivetrain.holonomic else 0.0
         most = max(1.0, *map(abs, (*shares, aside)))
         forward, turn, side = (share / most for share in (*shares, aside))
-        if math.isfinite(forward + turn + side):
-            manual = Manual(forward=forward, turn=turn, side=side, lease=lease(rate))
+        if math.isfinite(forward + turn + side + command["linear"]["z"]):
+            fastest = math.inf if model.flies is None else model.flies.climb
+            climb = max(-1.0, min(1.0, command["linear"]["z"] / fastest))
+            manual = Manual(forward=forward, turn=turn, side=side, climb=climb, lease=lease(rate))
             self.mailbox.publish(self._manual[robot], manual)
             return
         self._left_out += 1

@@ -43,7 +43,7 @@ def test_a_scout_is_of_the_pursuers_and_needs_a_camera_that_looks_down() -> None
     made = book()
     assert (made.team_of("s"), made.initial().states["s"]) == (PURSUERS, SCOUTING)
     assert made.speed_limits()["p"] == 0.7
-    with pytest.raises(ConfigError, match="a scout needs a robot whose camera looks down, such as a Crazyflie"):
+    with pytest.raises(ConfigError, match="a scout needs a robot whose camera looks down: write model"):
         book(None)
 
 

@@ -38,9 +38,11 @@ def test_a_scout_is_of_its_team_and_starts_in_its_half_in_the_air() -> None:
     made = book()
     assert (made.team_of("s"), made.teams["s"], made.initial().states["s"]) == (RED, RED, SCOUTING)
     assert made.states_of("s") == (SCOUTING,)
-    with pytest.raises(ConfigError, match="a scout needs a robot whose camera looks down, such as a Crazyflie"):
+    with pytest.raises(ConfigError, match="a scout needs a robot whose camera looks down: write model"):
         book(player("t", SCOUTS[BLUES], 2.0))
-    with pytest.raises(ConfigError, match="a robot in the air can only be a red-scout or blue-scout"):
+    with pytest.raises(
+        ConfigError, match="a robot in the air can only be a red-scout or a blue-scout: give it that role"
+    ):
         book(player("t", BLUES, 2.0, CAMERA))
     with pytest.raises(ConfigError, match="expected the start of t in the half of its team blue"):
         book(player("t", SCOUTS[BLUES], -2.0, CAMERA))

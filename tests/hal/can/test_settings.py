@@ -18,7 +18,7 @@ from vrg.hal.can.calibration import (
     load_calibration,
 )
 from vrg.hal.can.link import Link
-from vrg.hal.can.settings import CanSettings, can_settings
+from vrg.hal.can.settings import CanSettings
 from vrg.hal.can.workshop.emulation import Emulation
 from vrg.hal.models.pioneer import P2AT
 
@@ -92,7 +92,7 @@ def test_mistakes_are_said(changes: dict[str, Any], words: str) -> None:
 def test_all_mistakes_of_a_robot_are_said_at_once() -> None:
     sue = {"left": [0], "right": [1], "ratio": -1.0, "reversed": [7], "supply": [25.0, 20.0], "interface": "slcam"}
     with pytest.raises(ConfigError) as caught:
-        can_settings(table(robots={"sue": sue}))
+        CanSettings.read("can", table(robots={"sue": sue}))
     assert [problem.path[-1] for problem in caught.value.problems] == ["ratio", "reversed", "supply", "interface"]
     assert "expected ids of [0, 1], got [7]" in str(caught.value)
 

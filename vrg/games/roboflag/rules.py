@@ -60,7 +60,7 @@ class RoboFlag(RuleBook[State]):
 
     Args:
         settings: the [rules] table of the match file.
-        contestants: the players. Teams may be of different sizes, and have scouts, of which the rules ask nothing.
+        contestants: the players. Teams may be of different sizes, and have scouts, whom the rules ignore.
         seed: the seed of the match; nothing in these rules is drawn.
 
     Raises:

@@ -13,7 +13,7 @@ ROUND = 0.6
 
 
 class Scout(Strategy):
-    """Stays above whoever carries a flag, the opponents' before its own, or else above the team mate that is farthest
+    """Stays above its team's carrier, or else the opponent with its team's flag, or else the team mate that is farthest
     on the opponents' half, so that this one sees who may tag it. If there is none, it flies round the middle."""
 
     games = ("roboflag",)

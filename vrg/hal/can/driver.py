@@ -9,7 +9,7 @@ from vrg.hal.can.base import TURN
 from vrg.hal.can.bus import RealMedium
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.link import Medium
-from vrg.hal.can.settings import CanSettings, can_settings
+from vrg.hal.can.settings import CanSettings
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.driver import Driver, DriverContext
 from vrg.hal.readings import Readings
@@ -37,7 +37,7 @@ class CanDriver(DriveTrain, Driver):
 
     def __init__(self, context: DriverContext, medium: Medium | None = None) -> None:
         name = context.name
-        settings = can_settings(context.options)
+        settings = CanSettings.read("can", context.options)
         wiring = settings.robots.get(name)
         if wiring is None:
             where = ("backends", "can", "robots")

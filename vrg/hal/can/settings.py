@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -190,15 +190,3 @@ class CanSettings(BackendSettings):
     def files(self, robots: Sequence[str]) -> list[str]:
         """The calibration files."""
         return [file for name in robots if (file := self.robots[name].calibration) is not None]
-
-
-def can_settings(table: Mapping[str, Any]) -> CanSettings:
-    """The settings in a table [backends.can].
-
-    Raises:
-        ConfigError: with every problem of the table.
-    """
-    try:
-        return CanSettings.model_validate(dict(table))
-    except ValidationError as error:
-        raise ConfigError(problems_of(error, ("backends", "can"))) from None

@@ -35,11 +35,11 @@ from vrg.hal.sim.maps import MAPS
 from vrg.hal.sim.shapes import Box, box_corners, box_edges, boxes_touch, circle_touches
 from vrg.portable.scalars import atan2
 from vrg.regions import Circle, Polygon, Region
-from vrg.tables import RegionSetting, Table, located, parsed, problems_of
+from vrg.tables import RegionSetting, Table, located, parsed, problems_of, tables_in
 from vrg.types import Pose
 
 WALL_HEIGHT = 1.0
-"""The height as which walls and obstacles without an upper end are drawn, and behind which satellites are, m."""
+"""The height with which walls and obstacles without an upper end are drawn, and behind which satellites are, m."""
 
 _Number = Annotated[float, Field(ge=-1e4, le=1e4)]
 _Size = Annotated[float, Field(gt=0.0, le=1e4)]
@@ -146,6 +146,12 @@ class _MapFile(Table):
     box: list[_BoxEntry] = Field(default_factory=list)
     circle: list[_CircleEntry] = Field(default_factory=list)
 
+    @model_validator(mode="after")
+    def _flat(self) -> "_MapFile":
+        if (self.bounds.z_min, self.bounds.z_max) != (0.0, None):
+            raise ValueError("bounds: expected no z_min and no z_max: a map has no upper end")
+        return self
+
 
 def load_map(name_or_path: str | Path) -> Map:
     """Load an installed map by its name, or any map by the path of its .toml file.
@@ -171,7 +177,8 @@ def _parse(text: str, file: str) -> Map:
     try:
         entry = _MapFile.model_validate(parsed(text, file))
     except ValidationError as error:
-        raise ConfigError(located(problems_of(error), file, text)) from None
+        found = problems_of(error, (), _MapFile.model_fields, tables_in(_MapFile))
+        raise ConfigError(located(found, file, text)) from None
     boxes = [box for wall in entry.wall for box in wall.boxes()]
     boxes += [Box(b.x, b.y, math.radians(b.heading), b.length, b.width, b.height) for b in entry.box]
     return Map(

@@ -69,7 +69,7 @@ class Spectator(WindowNode):
         if not official:
             refused = OFFICIALS | {Act.NEXT, Act.PREVIOUS, Act.MANUAL}
             self.acts |= dict.fromkeys(refused, self._refuse)
-            self.unlisted = refused | {Act.STEER}
+            self.unlisted = refused | {Act.STEER, Act.CLIMB}
         self._official = official
         # Another window of this match gets answers of its own.
         self._answers_to = f"window-{secrets.token_hex(4)}"

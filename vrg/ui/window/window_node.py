@@ -77,6 +77,7 @@ class WindowNode(Window, Node):
             Act.PREVIOUS: self._drive_next,
             Act.MANUAL: self._drive,
             Act.STEER: lambda _: None,  # the arrows that are held are read at each tick
+            Act.CLIMB: lambda _: None,  # as above
             Act.LEAVE: self._leave,
             Act.PAD_LOST: self._lose_pad,
             Act.PAD_UNKNOWN: self._name_unknown_pad,

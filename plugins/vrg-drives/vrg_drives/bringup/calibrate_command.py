@@ -12,7 +12,7 @@ from vrg.commands import drives
 from vrg.commands.options import GameArgument, OutputOption, PlayerArgument, lasting, write_text
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
-from vrg.hal.can.settings import can_settings
+from vrg.hal.can.settings import CanSettings
 from vrg.hal.models import robot_model
 from vrg.registry import Registry
 
@@ -51,7 +51,7 @@ def calibrate(
 
     # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be fixed.
     file, base = read_match(match_path(match)), match_path(match).resolve().parent
-    settings = can_settings(file.backends.get("can", {}))
+    settings = CanSettings.read("can", file.backends.get("can", {}))
     if player not in settings.robots:
         known = ", ".join(settings.robots) or "none"
         raise ConfigError(f"{match}: expected a robot of [backends.can.robots] ({known}), got {player!r}")

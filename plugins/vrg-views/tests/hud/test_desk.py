@@ -4,14 +4,16 @@ import math
 from typing import Any
 
 import pytest
-from displays import GROUND, HOME, START, desk, received, report, scene_of, seen, sent, state, status
+from displays import GROUND, HOME, KEYS, ROBOT, START, desk, received, report, scene_of, seen, sent, state, status
 from msgspec import structs
 
+from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Manual
 from vrg.bus.pacing import LEASE
+from vrg.hal.models.crazyflie import CRAZYFLIE
 from vrg.types import Pose, Twist
 from vrg.ui.deeds import NO_CLOCK
-from vrg.ui.driving import SLOW, Hands
+from vrg.ui.driving import SLOW, Driving, Hands
 from vrg_views.hud import words
 from vrg_views.hud.desk import Desk
 from vrg_views.hud.form import Form
@@ -115,6 +117,14 @@ class TestDriving:
         at.send(seen(), Hands(1.0, enabled=True), 1.0)
         assert sent(at.driving.mailbox) == []
         assert at.where == "Watch"
+
+    def test_by_hand_what_flies_climbs_and_what_drives_does_not(self) -> None:
+        for robot, climb in ((ROBOT, 0.0), (CRAZYFLIE, -SLOW)):
+            at = Desk(Driving(Mailbox(), KEYS), "ann", robot, GROUND, HOME)
+            at.want(Wish.MANUAL, seen())
+            at.send(seen(), Hands(climb=-1.0, enabled=True), 1.0)
+            [(_, down)] = sent(at.driving.mailbox)
+            assert down == Manual(forward=0.0, turn=0.0, climb=climb, lease=LEASE)
 
     def test_goto_drives_to_the_goal(self, at: Desk) -> None:
         at.aim(0.0, 0.0)
