@@ -298,7 +298,7 @@ BUDGETS = {
     "testing": 3_185,  # what tests of plug-ins share with those of the core, which was in tests/
     "agents": 1_535,  # with sketches that are rounded, beams that are computed once, installed packages, and flying
     "recording": 1_160,  # with what a file of MCAP cannot hold, and the ways of bodies
-    "playing": 2_215,  # with matches over processes, and views for strategies elsewhere, packed without slow structs
+    "playing": 2_218,  # with matches over processes, and views for strategies elsewhere, packed without slow structs
     "config": 991,  # the tables of bodies; what processes get is a thing of its own
     "launch/sandbox": 677,  # with where plug-ins lie, of which nobody hides one, and signals
     "navigation": 455,

@@ -120,13 +120,11 @@ def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     say_where_on_request()
     time = [0.0]
-    if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
-        with contextlib.suppress(OSError):  # a container may forbid it
-            # Whoever sends it a view is not interrupted by it, and first sends the views of the others.
-            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     try:
         assignment = placed(msgspec.json.decode(pipe.receive(), type=Assignment))
         setproctitle(f"vrg strategy {assignment.name} in {Path(assignment.run).name}")
+        if not assignment.in_player:
+            _wait_for_others()
         if assignment.sealed:
             keys = Path(assignment.keys) if assignment.keys else None
             seal(
@@ -162,6 +160,13 @@ def decide(reader: int, writer: int, placed: Callable[[Assignment], Assignment] 
         with contextlib.suppress(OSError):
             pipe.send(Failed(str(failure), final))
     return 0
+
+
+def _wait_for_others() -> None:
+    """Interrupt nobody who sends this process something, and so goes on to send the views of the others first."""
+    if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
+        with contextlib.suppress(OSError):  # a container may forbid it
+            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
