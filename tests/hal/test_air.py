@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.hal.engine_bench import DT, ENGINE_NAMES
 from tests.hal.world_bench import config
@@ -99,6 +100,7 @@ def test_what_is_on_the_ground_notices_nothing_and_is_met_only_at_its_height(eng
     assert flown(made, 3.0, a=Twist(0.5, 0.0))[-1].x > 0.2, "above it"
     flown(made, 2.5, a=Twist(-0.5, 0.0))
     flown(made, 3.0, a=Twist(0.0, 0.0, climb=-0.5))
+    flown(made, 0.5, a=Twist(0.0, 0.0, climb=0.2))
     stopped = flown(made, 4.0, a=Twist(0.5, 0.0))[-1]
     length, _ = robot_model("P2AT").size
     assert stopped.z < robot_model("P2AT").height
@@ -303,6 +305,35 @@ def test_one_that_is_cut_falls_on_as_it_flew(engine: str) -> None:
     time = DT * (1 + next(number for number, pose in enumerate(fell) if pose.z == 0.0))
     assert fell[-1].x - start.x == pytest.approx(0.5 * time, abs=0.02)
     assert (fell[-1].y, fell[-1].theta) == (0.0, 0.0)
+    made.close()
+
+
+def test_its_battery_is_full_when_a_round_begins() -> None:
+    made = world("planar", ("a", "Crazyflie", 0.0, 0.0, 0.0), ("b", "P2AT", 3.0, 0.0, 0.0))
+    flown(made, 450.0, a=STILL, b=STILL)
+    states = dict(made.states())
+    assert states["a"].fault == "battery empty: motors are off"
+    play, lineup = state("a", "b", held=False), structs.replace(state("a", "b", held=False), stage=Stage.INITIALIZE)
+    before = made.snapshot().robots["b"].energy_used
+    made.referee(play, made.time)
+    assert flown(made, 1.0, a=STILL)[-1].z == 0.0
+    made.referee(lineup, made.time)
+    for _ in range(200):
+        made.referee(play, made.time)
+        made.drive("a", STILL, armed=True)
+        made.step()
+    assert made.pose("a").z == pytest.approx(CRUISE, abs=0.05)
+    assert made.snapshot().robots["b"].energy_used >= before, "what drives keeps its battery"
+    made.close()
+
+
+def test_on_the_ground_it_slides_nowhere(engine: str) -> None:
+    made = world(engine, ("a", "Crazyflie", 0.0, 0.0, 0.0))
+    flown(made, 3.0, a=STILL)
+    landed = flown(made, 4.0, a=Twist(0.0, 0.0, climb=-0.4))[-1]
+    assert landed.z == 0.0
+    assert flown(made, 3.0, a=Twist(0.5, 1.0, 0.2))[-1] == landed
+    assert flown(made, 1.0, a=Twist(0.5, 0.0, climb=0.4))[-1].x > landed.x
     made.close()
 
 

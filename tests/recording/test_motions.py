@@ -16,7 +16,7 @@ from vrg.recording.reader import motions_of
 from vrg.recording.recorded import read_recorded
 from vrg.recording.recorder import Recorder
 from vrg.recording.stops import Rest, Trajectory
-from vrg.types import Pose, Twist
+from vrg.types import LEVEL, Pose, Twist
 
 KEYS = Keys("test")
 TICK = 0.02
@@ -33,7 +33,7 @@ class World:
         self.recorder = Recorder("recorder", Mailbox(), KEYS, path)
         self._speed = speed
         self._physical = physical
-        self.x = 0.0
+        self.x, self.z = 0.0, 0.0
         self.rest: float | None = 0.0
         self.epoch = 0
         self.number = 0
@@ -49,13 +49,14 @@ class World:
         """
         for tick in range(round(begin / TICK), round(end / TICK)):
             time = round(tick * TICK, 6)
-            v = self._speed(time)
-            self.x += v * TICK
-            self.rest = None if not m.at_rest(Twist(v, 0.0)) else self.rest if self.rest is not None else time
+            v, climb = self._speed(time), -0.3 if self.z > 0.0 and time >= 2.0 else LEVEL
+            self.x, self.z = self.x + v * TICK, max(0.0, self.z + climb * TICK)
+            twist = Twist(v, 0.0, climb=climb)
+            self.rest = None if not m.at_rest(twist) else self.rest if self.rest is not None else time
             age = time - begin if unmeasured else 0.0
             self.rest = None if unmeasured else self.rest
             if tick % 5 == 0 and not deaf[0] <= time < deaf[1]:
-                body = m.Body("ann", Pose(self.x, 0.0, 0.0), Twist(v, 0.0), self._physical, age, self.rest)
+                body = m.Body("ann", Pose(self.x, 0.0, 0.0, self.z or LEVEL), twist, self._physical, age, self.rest)
                 self.say(KEYS.poses, m.Poses(bodies=(body,)), time)
                 self.say(KEYS.clock, m.Clock(time=time, tick=tick, epoch=self.epoch, rate=1.0, estop=False), time)
                 self.recorder.mailbox.handover(time)
@@ -88,6 +89,15 @@ def test_a_rest_is_known_to_the_tick_at_which_it_began_also_if_nothing_was_heard
     assert motion.place(1.34)[0] == pytest.approx(1.34, abs=TICK)
     deaf = World(tmp_path / "deaf.mcap", until(1.34)).play(0.0, 4.0, deaf=(1.2, 3.0))
     assert motion_of(deaf).rests == [Rest(1.34, math.inf, pytest.approx(TICK))]
+
+
+def test_what_flies_stands_while_it_lands(tmp_path: Path) -> None:
+    world = World(tmp_path / "r.mcap", until(1.34))
+    world.z = 0.6
+    motion = motion_of(world.play(0.0, 6.0))
+    assert motion.rests == [Rest(pytest.approx(1.4), math.inf, pytest.approx(5 * TICK))], (
+        "known to a record, not to a tick"
+    )
 
 
 def test_a_motion_that_was_not_heard_at_all_parts_two_rests(tmp_path: Path) -> None:

@@ -59,7 +59,8 @@ def ground(game: Game, zones: Sequence[Zone], obstacles: Iterable[Region], theme
         found.append(Figure(f"border {zone.name}", (border,)))
     for number, region in enumerate(obstacles):
         height = WALL_HEIGHT if region.z_max is None else region.z_max
-        wall = Shape(_outline(region), theme.wall, theme.wall_edge, 1.5, height=height)
+        fill = theme.wall if region.z_max is None else mix(theme.wall, theme.field, 0.5)  # something may pass above it
+        wall = Shape(_outline(region), fill, theme.wall_edge, 1.5, height=height)
         found.append(Figure(f"wall {number}", (wall,)))
     return found
 

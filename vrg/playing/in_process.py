@@ -264,7 +264,7 @@ def emulation(setup: MatchSetup, *, strict: bool = False) -> "Simulation | None"
             emulated.attach(robots, simulation, setup.seed)
     if real:
         raise ConfigError(
-            f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "
-            "[backends.can]): a match in one process does not wait for real ones; leave --in-process out, or add --sim"
+            f"{', '.join(real)}: expected virtual robots, or drives on an emulated CAN bus (`emulate = true` in "
+            "[backends.can]): a match in steps waits for no others; leave --in-process or --lockstep out, or add --sim"
         )
     return simulation

@@ -16,7 +16,7 @@ from msgspec import structs
 from vrg.bus.messages import Body, Call, Clock, FieldObject, RefereeState, Sighting, Stage, Stroke, Zone, at_rest
 from vrg.recording.recorded import RecordedMatch, newest, read_recorded
 from vrg.recording.stops import MAX_POSE_INTERVAL, Rest, Trajectory, rests_of
-from vrg.types import Twist
+from vrg.types import LEVEL, Twist
 
 
 @dataclass(frozen=True)
@@ -174,6 +174,7 @@ class _Moves:
     places: list[tuple[float, float, float]] = field(default_factory=list)
     twists: list[Twist] = field(default_factory=list)
     starts: list[_Start] = field(default_factory=list)
+    flew: bool = False
     _rest: float | None = None
     _known: tuple[float, int] | None = None
     """When it was last known to move, or to be at rest as was seen then: match time in s, and the epoch."""
@@ -186,6 +187,7 @@ class _Moves:
         """
         self.places.append((stamp, body.pose.x, body.pose.y))
         self.twists.append(body.twist)
+        self.flew |= body.pose.z > 0.0
         measured, moves, epoch = stamp - body.age, not at_rest(body.twist), 0 if clock is None else clock.epoch
         same = bool(self.starts) and self._rest == body.rest
         if moves or same:
@@ -215,7 +217,9 @@ class _Moves:
     def motion(self, name: str) -> Trajectory:
         times = [time for time, _, _ in self.places]
         # For a physical robot that was never measured, only the samples show when it was at rest.
-        rests = self._spells() if self.starts else rests_of(times, list(map(at_rest, self.twists)))
+        # What flies stands where it hovers, and also while it then lands: climbing is no motion here.
+        level = [structs.replace(twist, climb=LEVEL) if twist.climb else twist for twist in self.twists]
+        rests = self._spells() if self.starts and not self.flew else rests_of(times, list(map(at_rest, level)))
         return Trajectory(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
             [twist.speed for twist in self.twists], rests,

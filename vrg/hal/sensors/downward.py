@@ -41,6 +41,7 @@ class AltimeterSpec(SensorSpec):
 
     message = Altimeter
     simulation = "vrg.hal.sim.sensors.downward:AltimeterSimulation"
+    synthesised = True
     recorded = Recorded.NONE
 
     range_max: Range = 4.0
@@ -75,6 +76,7 @@ class OverviewSpec(SensorSpec):
 
     message = Overview
     simulation = "vrg.hal.sim.sensors.downward:OverviewSimulation"
+    synthesised = True
     recorded = Recorded.NONE
 
     fov: Annotated[float, Meta(gt=0.0, le=3.0)] = math.radians(120.0)

@@ -253,6 +253,10 @@ class Batteries:
         self._angles, self._squared = angles.copy(), _squared_speed(velocities)
         self.draw(0.0, angles, velocities)
 
+    def fill(self, rows: list[int]) -> None:
+        """Charge the batteries of some robots, by their rows."""
+        self.used[rows], self.charge[rows] = 0.0, 1.0
+
     def draw(self, dt: float, angles: Floats, velocities: Floats, heights: Floats | None = None) -> None:
         """Subtract the energy that the robots have drawn in the dt seconds since the last call; see the class.
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from vrg.bus.messages import LOST, Body, MeasuredPose, Poses, RefereeState, RobotState, Thing
+from vrg.bus.messages import LOST, Body, MeasuredPose, Poses, RefereeState, RobotState, Stage, Thing
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.actuators import UNUSED
 from vrg.hal.models import RobotModel
@@ -221,6 +221,10 @@ class World:
         """Take in the referee's state of match time `stamp`, s."""
         self._permission.hear(stamp, state)
         self._settled_until = -math.inf
+        if self._flying and state.stage is Stage.INITIALIZE:
+            # The batteries of what flies last for minutes: people change them before a round.
+            self._batteries.fill([row for row, model in enumerate(self._engine.models) if model.flies])
+            self._find_empty()
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a virtual robot or a passive body somewhere else, at rest, where there must be room for it.

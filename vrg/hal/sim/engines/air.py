@@ -101,8 +101,8 @@ class Flight:
             self.z, self.climb = own.ceiling, min(self.climb, 0.0)
         if self.z <= ground:
             self.z, self.climb = ground, 0.0
-            if not self.on or self.held > HOVER:
-                self.on, self.vx, self.vy, self.w = False, 0.0, 0.0, 0.0
+            self.vx = self.vy = self.w = 0.0
+            self.on = self.on and self.held <= HOVER
 
     def meets(self, bottom: float, height: float) -> bool:
         """True if something from a height on, m, and of a height, m, is beside it and not above or below."""
