@@ -11,7 +11,7 @@ from msgspec import structs
 
 from tests.hal.engine_bench import DT, ENGINE_NAMES
 from tests.hal.world_bench import config
-from vrg.bus.messages import AT_REST, PlayerStatus, RefereeState, Stage
+from vrg.bus.messages import AT_REST, MeasuredPose, PlayerStatus, RefereeState, Stage
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.downward import Altimeter, Overview, OverviewSpec
 from vrg.hal.sensors.laser import Laser, LaserSpec
@@ -393,6 +393,21 @@ def test_it_measures_how_far_it_is_to_what_is_below_and_finds_who_is_there() -> 
     ahead = [(y - here.y, here.x - x) for x, y in (robots["b"], robots["c"])]
     assert list(seen.places) == [pytest.approx(place, abs=1e-6) for place in ahead], "d is too far"
     assert made.pose("e").z > here.z, "it does not see what is above it"
+    made.close()
+
+
+def test_for_a_real_one_the_world_simulates_what_looks_down() -> None:
+    setups = (
+        RobotSetup(name="a", model="Crazyflie", pose=Pose(0.0, 0.0, 0.0), physical=True),
+        RobotSetup(name="b", model="P2AT", pose=Pose(0.5, 0.5, 0.0)),
+    )
+    made = World(WorldConfig(map="open", engine="planar", noise=False, robots=setups))
+    seen: dict[type, object] = {}
+    for _ in range(30):
+        made.measure("a", MeasuredPose(pose=Pose(0.0, 0.0, 0.0, 1.2), twist=STILL), made.time)
+        made.step()
+        seen |= {type(reading): reading for robot, _, reading in made.sense() if robot == "a"}
+    assert seen == {Altimeter: Altimeter(distance=1.2), Overview: Overview(places=((0.5, 0.5),))}
     made.close()
 
 
