@@ -37,7 +37,7 @@ def test_a_run_tells_what_the_match_left(here: Path) -> None:
     table = run.to_arrow()
     assert table.num_rows == sum(len(of.times) for of in run.tracks.values())
     units = {field.name: field.metadata[b"unit"] for field in table.schema if field.metadata}
-    assert units == {"time": b"s", "x": b"m", "y": b"m", "theta": b"rad"}
+    assert units == {"time": b"s", "x": b"m", "y": b"m", "z": b"m", "theta": b"rad"}
     tag = next(call for call in run.calls if call.poses)
     shown = run.why(tag.number)._repr_mimebundle_()
     assert tag.text in shown["text/plain"]

@@ -168,7 +168,8 @@ class Run:
         return read_tracks(parts)
 
     def to_arrow(self) -> "pyarrow.Table":
-        """The tracks as one table, a row a pose: robot, time (s), x, y (m), theta (rad), role, state, round, playing.
+        """The tracks as one table, a row a pose: robot, time (s), x, y, z (m), theta (rad), role, state, round, and
+        playing.
 
         Its schema has the units, as `unit` in the metadata of these fields.
 
@@ -181,13 +182,13 @@ class Run:
             pa.table(
                 {
                     "robot": [name] * len(track.times), "time": track.times, "x": track.x, "y": track.y,
-                    "theta": track.theta, "role": track.roles, "state": track.states, "round": track.rounds,
-                    "playing": track.playing,
+                    "z": track.z if track.z.size else [0.0] * len(track.times), "theta": track.theta,
+                    "role": track.roles, "state": track.states, "round": track.rounds, "playing": track.playing,
                 }
             )
             for name, track in self.tracks.items()
         ]  # fmt: skip
-        whole, units = pa.concat_tables(tables), {"time": "s", "x": "m", "y": "m", "theta": "rad"}
+        whole, units = pa.concat_tables(tables), {"time": "s", "x": "m", "y": "m", "z": "m", "theta": "rad"}
         fields = [kind.with_metadata({"unit": units[kind.name]} if kind.name in units else {}) for kind in whole.schema]
         return pa.Table.from_arrays(whole.columns, schema=pa.schema(fields))
 

@@ -86,7 +86,7 @@ GAME = Game(
         "flag_returns": RuleText("The flag of a carrier that is disqualified returns to its place."),
         "time": RuleText("A round lasts ten minutes of play, and sudden death five.", "thesis 4.4"),
         "sudden_death": RuleText("A tie after two rounds is decided by the first capture of a third.", "thesis 4.4"),
-        "game_over": RuleText("Three captures, or more captures after two rounds, win the game.", "thesis 4.4"),
+        "game_over": RuleText("Three captures (`captures`), or more after two rounds, win the game.", "thesis 4.4"),
     },
     prover="vrg.games.roboflag.proof:prove",
 )
