@@ -55,6 +55,12 @@ def test_it_gives_way_to_who_is_in_its_way_and_not_to_who_flies_above() -> None:
         for others in ((), (Pose(1.0, 0.05, 0.0),), (Pose(1.0, 0.05, 0.0, 2.0),))
     )
     assert below == alone != beside
+    high = Pose(0.0, 0.0, 0.0, 1.0)
+    alone, beside, above = (
+        Mover().go(view(0.0, high, (), *others), (5.0, 0.0), FIELD)
+        for others in ((), (Pose(1.0, 0.05, 0.0, 1.2),), (Pose(1.0, 0.05, 0.0),))
+    )
+    assert above == alone != beside
 
 
 @pytest.mark.parametrize("obstacle", [BAR, COLUMN])

@@ -56,13 +56,13 @@ class Mover:
 
 
 def _near(view: View, ignore: Sequence[str]) -> list[Obstacle]:
-    crowd = _crowd(view.referee, view.velocities)
+    crowd = _crowd(view.referee, view.velocities, view.pose.z >= ABOVE)
     return crowd.around(view.position, view.me.radius, LOOK_AHEAD, (view.me.name, *ignore))
 
 
 @shared
-def _crowd(state: RefereeState, velocities: Mapping[str, Vector]) -> Crowd:
-    """All players whose poses are known and that are not above the others; one that may not move has no velocity."""
+def _crowd(state: RefereeState, velocities: Mapping[str, Vector], aloft: bool) -> Crowd:
+    """The players whose poses are known, aloft or below; one that may not move has no velocity."""
     return Crowd(
         CrowdBody(
             player.name,
@@ -71,7 +71,7 @@ def _crowd(state: RefereeState, velocities: Mapping[str, Vector]) -> Crowd:
             player.radius,
         )
         for player in state.players
-        if player.pose is not None and player.pose.z < ABOVE
+        if player.pose is not None and (player.pose.z >= ABOVE) is aloft
     )
 
 
