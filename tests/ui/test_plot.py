@@ -260,6 +260,7 @@ def test_of_those_that_flew_a_second_picture_has_the_heights_by_time(usual, reco
     plot_trajectories({name: high, **dict(others)}, tmp_path / "plot.png")
     assert RunFolder(tmp_path).heights == tmp_path / HEIGHTS
     assert matplotlib.image.imread(tmp_path / HEIGHTS).shape[1] > 600
-    (axes,) = heights({name: high}, UNKNOWN_GAME).axes
-    assert words(axes) == [name]
+    figure = heights({name: high}, UNKNOWN_GAME)
+    (axes,), (legend,) = figure.axes, figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [name]
     assert [line.get_ydata().max() for line in axes.lines] == [2.0]

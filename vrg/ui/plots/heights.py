@@ -22,9 +22,8 @@ def heights(tracks: Mapping[str, RobotPoses], game: Game) -> Figure:
     for name, track in tracks.items():
         role = next((role for role in reversed(track.roles) if role), "")
         colour, line = rgb(game.style(role).colour), "--" if track.physical else "-"
-        axes.plot(track.times, track.z, line, color=colour, linewidth=1.5)
-        axes.annotate(name, (track.times[-1], track.z[-1]), xytext=(4, 0), textcoords="offset points", va="center")
-    axes.margins(x=0.1)  # where the names are
+        axes.plot(track.times, track.z, line, color=colour, linewidth=1.5, label=name)
+    figure.legend(loc="outside right upper", frameon=False)  # at the lines, names of those as high would overlap
     axes.set(xlabel="match time, s", ylabel="height, m", ylim=(0.0, None))
     axes.grid(alpha=0.3)
     return figure
