@@ -80,6 +80,7 @@ def test_what_arrives_is_what_was_sent(game: str) -> None:
         for _ in range(2):
             arrived = wire.shown(view)
             assert plain(arrived) == plain(view)
+            assert repr(plain(arrived)) == repr(plain(view)), "also what it prints"
             assert len(plain(view).readings.samples) == 2
 
 

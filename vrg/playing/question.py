@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Final, NamedTuple, TypeVar
 
 import msgspec
-from msgspec import Meta, Struct, structs
+from msgspec import Meta, Struct
 
 from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import View
@@ -51,7 +51,7 @@ class _Packed(NamedTuple):
         me: this player, or its place among the players of the referee's state.
         robot: the state of the robot: all of `Readings` but the samples.
         same: what is always the same, the robot's model and the obstacles; None if it was sent before.
-        pose: x, y, theta and z.
+        pose: what Python would pickle of it, by which a height of 0 is LEVEL again.
     """
 
     number: int
@@ -118,7 +118,7 @@ class Questions:
             _state(view.referee),
             _velocities(view.velocities),
             None if robot is self._known else (robot, view.obstacles),
-            structs.astuple(view.pose),
+            view.pose.__reduce__()[1],
             view.heard,
             view.priority,
             view.uncertainty,
