@@ -64,14 +64,15 @@ def problems_of(
     return found
 
 
-def tables_in(kind: type[BaseModel]) -> dict[str, Iterable[str]]:
-    """The names of the fields of the tables in each field that is a list or a dictionary of tables, such as robots."""
-    found: dict[str, Iterable[str]] = {}
+def problems_in(error: ValidationError, kind: type[BaseModel], prefix: Path = ()) -> list[Problem]:
+    """The problems of a table of a kind, with guesses at unknown fields of it and of its lists and dictionaries of
+    tables, such as robots; see `problems_of`."""
+    lists: dict[str, Iterable[str]] = {}
     for name, field in kind.model_fields.items():
         inner = next(reversed(get_args(field.annotation)), None)
         if isinstance(inner, type) and issubclass(inner, BaseModel):
-            found[name] = inner.model_fields
-    return found
+            lists[name] = inner.model_fields
+    return problems_of(error, prefix, kind.model_fields, lists)
 
 
 _EXPECTED = {

@@ -6,12 +6,14 @@ from vrg.agents.strategy import View
 from vrg.geometry import ahead
 from vrg.navigation.control import scaled
 from vrg.portable.scalars import atan2, cos_sin
+from vrg.regions import Region
 from vrg.types import STILL, Twist, Vector
 
 HEADROOM = 0.05
 """The distance in m below its ceiling at which it climbs no more."""
-LEAD = 0.6
-"""The angle in rad by which it aims ahead on a circle."""
+ROUND, LEAD = 0.6, 0.6
+"""The radius of the circle on which it patrols, as a part of the distance from a region's middle to its border, and the
+angle in rad by which it aims ahead on the circle."""
 
 
 def above(view: View, place: Vector) -> Twist:
@@ -32,6 +34,7 @@ def above(view: View, place: Vector) -> Twist:
     return Twist(vx * cos + vy * sin, 0.0, vy * cos - vx * sin, climb)
 
 
-def around(view: View, middle: Vector, radius: float) -> Vector:
-    """The place to aim at that leads it round a circle, counter-clockwise; all lengths in m in the map's frame."""
-    return ahead(*middle, atan2(view.pose.y - middle[1], view.pose.x - middle[0]) + LEAD, radius)
+def patrol(view: View, region: Region) -> Vector:
+    """The place to aim at, m, that leads it round the middle of a region, counter-clockwise."""
+    x, y = region.middle
+    return ahead(x, y, atan2(view.pose.y - y, view.pose.x - x) + LEAD, ROUND * region.depth(x, y))

@@ -23,7 +23,7 @@ from vrg.localisation.source import SOURCES, read_source
 from vrg.names import is_name
 from vrg.regions import Polygon, touch
 from vrg.registry import did_you_mean, expected_one_of
-from vrg.tables import problems_of
+from vrg.tables import problems_in
 
 
 def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Problem]:
@@ -122,7 +122,7 @@ def localisation_problems(file: MatchFile, base: FilePath) -> list[Problem]:
         except ConfigError as error:
             found += [Problem(problem.text, (*where, "source")) for problem in error.problems]
         except ValidationError as error:
-            found += problems_of(error, where, SOURCES.get(table["source"]).settings.model_fields)
+            found += problems_in(error, SOURCES.get(table["source"]).settings, where)
     fused = [(number, player) for number, player in enumerate(file.players) if player.localisation == FUSION]
     tracked = [number for number, body in enumerate(file.bodies) if body.localisation == FUSION]
     if file.localisation and not (fused or tracked):

@@ -27,7 +27,7 @@ from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
 from vrg.modules import classes_in, no_method
 from vrg.registry import did_you_mean, expected_one_of, installed_by
-from vrg.tables import Table, located, parsed, problems_of, tables_in
+from vrg.tables import Table, located, parsed, problems_in, problems_of
 from vrg.toml_text import with_value, without
 
 T = TypeVar("T")
@@ -312,7 +312,7 @@ class _Checker:
         try:
             return kind.model_validate(table)
         except ValidationError as error:
-            self.problems += problems_of(error, where, kind.model_fields, tables_in(kind))
+            self.problems += problems_in(error, kind, where)
             return None
 
     def _player(self, game: Game, file: MatchFile, index: int) -> PlayerSetup | None:

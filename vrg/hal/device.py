@@ -210,8 +210,8 @@ class Device:
         if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
             return None
         wanted, robot = manual.body, self.features
-        climb = 0.0 if robot.flies is None else wanted.climb * robot.flies.climb
-        return Twist(wanted.forward * robot.v_max, wanted.turn * robot.w_max, wanted.side * robot.v_max, climb or LEVEL)
+        climb = wanted.climb * robot.climb_max or LEVEL
+        return Twist(wanted.forward * robot.v_max, wanted.turn * robot.w_max, wanted.side * robot.v_max, climb)
 
     def arm(self) -> None:
         """Let the motors accept commands; `read().armed` is True when they accept them.

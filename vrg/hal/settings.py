@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
-from vrg.tables import Table, problems_of, tables_in
+from vrg.tables import Table, problems_in
 
 if TYPE_CHECKING:
     from vrg.hal.can.workshop.emulation import Emulation
@@ -27,7 +27,7 @@ class BackendSettings(Table):
         try:
             return cls.model_validate(dict(table))
         except ValidationError as error:
-            raise ConfigError(problems_of(error, ("backends", backend), cls.model_fields, tables_in(cls))) from None
+            raise ConfigError(problems_in(error, cls, ("backends", backend))) from None
 
     @property
     def emulation(self) -> "Emulation | None":

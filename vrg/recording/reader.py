@@ -218,8 +218,8 @@ class _Moves:
         times = [time for time, _, _ in self.places]
         # For a physical robot that was never measured, only the samples show when it was at rest.
         # What flies stands where it hovers, and also while it then lands: climbing is no motion here.
-        level = [structs.replace(twist, climb=LEVEL) if twist.climb else twist for twist in self.twists]
-        rests = self._spells() if self.starts and not self.flew else rests_of(times, list(map(at_rest, level)))
+        stands = (at_rest(structs.replace(twist, climb=LEVEL)) for twist in self.twists)
+        rests = self._spells() if self.starts and not self.flew else rests_of(times, stands)
         return Trajectory(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
             [twist.speed for twist in self.twists], rests,

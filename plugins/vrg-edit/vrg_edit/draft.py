@@ -142,8 +142,9 @@ class Draft:
         """Return the value that holds where the file has no such field; empty if the game decides."""
         match path:
             case ("players", int(player), "strategy"):
-                role = game_of(self.game).role(self.shown(("players", player, "role")))
-                follows = role is not None and game_of(self.game).follows_team(role.name)
+                game = game_of(self.game)
+                role = game.role(self.shown(("players", player, "role")))
+                follows = role is not None and game.follows_team(role.name)
                 team = self.shown(("teams", role.team, "strategy")) if role is not None and follows else ""
                 return team or _default_strategy(self.game, "" if role is None else role.name)
             case ("players", _, str(name)):

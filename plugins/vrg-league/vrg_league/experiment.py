@@ -182,8 +182,7 @@ def written(setup: CheckedMatch, strategies: dict[str, str], secret: str = "") -
     chosen: dict[Place, str] = {("players", player.number): player.strategy for player in playing.players}
     # The strategy of a team in the file may be a file that is not where the written match is.
     teams = tomllib.loads(text).get("teams", {})
-    followers = {team: playing.followers(team) for team in teams}
-    chosen |= {("teams", team): playing.player(names[-1]).strategy for team, names in followers.items() if names}
+    chosen |= {("teams", team): playing.player(name).strategy for team in teams for name in playing.followers(team)}
     for table, strategy in chosen.items():
         text = with_value(text, (*table, "strategy"), strategy)
     return structs.replace(playing, text=text)

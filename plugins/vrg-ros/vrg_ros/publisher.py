@@ -168,8 +168,7 @@ class RosPublisher(Node):
         most = max(1.0, *map(abs, (*shares, aside)))
         forward, turn, side = (share / most for share in (*shares, aside))
         if math.isfinite(forward + turn + side + command["linear"]["z"]):
-            fastest = math.inf if model.flies is None else model.flies.climb
-            climb = max(-1.0, min(1.0, command["linear"]["z"] / fastest))
+            climb = max(-1.0, min(1.0, command["linear"]["z"] / (model.climb_max or math.inf)))
             manual = Manual(forward=forward, turn=turn, side=side, climb=climb, lease=lease(rate))
             self.mailbox.publish(self._manual[robot], manual)
             return

@@ -2,7 +2,7 @@
 
 import math
 
-from vrg.agents.flying import above, around
+from vrg.agents.flying import above, patrol
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import Sighting
 from vrg.games.pursuit_evasion import AREA, SIGHTINGS_AT_ONCE
@@ -14,8 +14,6 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.portable.scalars import cos_sin, square
 from vrg.types import STILL, Vector
 
-ROUND = 0.6
-"""The radius of the circle on which it flies, as a part of the distance from the middle of the area to its border."""
 POSITION = 0.05
 """The standard deviation of its own place when it reports others, m."""
 
@@ -40,14 +38,13 @@ class Scout(Strategy):
         area = view.zone(AREA)
         if area is None or not view.me.may_move:
             return Action(STILL, say=words(view.pose, STILL, fresh, None), sightings=fresh)
-        middle = area.middle
         self.mode = "Scout/Follow" if self._found else "Scout/Patrol"
         if view.me.mark is not None:
             self.mode, aim = "Scout/LineUp", (view.me.mark.x, view.me.mark.y)
         elif self._found:
             aim = min(((s.x, s.y) for s in self._found), key=lambda place: math.dist(place, view.position))
         else:
-            aim = around(view, middle, ROUND * area.depth(*middle))
+            aim = patrol(view, area)
         odometry = view.readings.latest(Odometry)
         moves = STILL if odometry is None else odometry.value.twist
         return Action(above(view, aim), say=words(view.pose, moves, fresh, None), sightings=fresh)

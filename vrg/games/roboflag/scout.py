@@ -2,14 +2,11 @@
 
 from collections.abc import Sequence
 
-from vrg.agents.flying import above, around
+from vrg.agents.flying import above, patrol
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.games.roboflag.situation import Known, Memory, TeamField, situation_of
 from vrg.hal.models import RobotModel
-from vrg.types import STILL, Vector
-
-ROUND = 0.6
-"""The radius of the circle on which it patrols, as a part of the distance from the field's middle to its border."""
+from vrg.types import STILL
 
 
 class Scout(Strategy):
@@ -36,9 +33,7 @@ class Scout(Strategy):
         farthest = max(ahead, key=lambda mate: ground.beyond(mate.place[0]), default=None)
         followed = _named(s.mates, s.carrier) or _named(s.opponents, s.thief) or farthest
         self.mode = "Scout/Patrol" if followed is None else "Scout/Follow"
-        middle = ground.field.middle
-        aim: Vector = around(view, middle, ROUND * ground.field.depth(*middle)) if followed is None else followed.place
-        return Action(above(view, aim))
+        return Action(above(view, patrol(view, ground.field) if followed is None else followed.place))
 
 
 def _named(known: Sequence[Known], name: str | None) -> Known | None:

@@ -64,6 +64,11 @@ class RobotModel:
         return self.drivetrain if isinstance(self.drivetrain, Multirotor) else None
 
     @property
+    def climb_max(self) -> float:
+        """The top speed up and down, m/s; 0 if it does not fly."""
+        return 0.0 if self.flies is None else self.flies.climb
+
+    @property
     def scanner(self) -> SensorSpec | None:
         """The spec of its first sensor with a sweep, such as a laser range finder; None where it has none."""
         return next((spec for spec in self.sensors if spec.sweep is not None), None)

@@ -35,7 +35,7 @@ from vrg.hal.sim.maps import MAPS
 from vrg.hal.sim.shapes import Box, box_corners, box_edges, boxes_touch, circle_touches
 from vrg.portable.scalars import atan2
 from vrg.regions import Circle, Polygon, Region
-from vrg.tables import RegionSetting, Table, located, parsed, problems_of, tables_in
+from vrg.tables import RegionSetting, Table, located, parsed, problems_in
 from vrg.types import Pose
 
 WALL_HEIGHT = 1.0
@@ -69,11 +69,18 @@ class Map:
         """The walls and obstacles as regions."""
         return (*(Polygon(tuple(box_corners(box)), z_max=box.z_max) for box in self.boxes), *self.circles)
 
+    @cached_property
+    def low(self) -> list[tuple[float, Polygon | Circle]]:
+        """The obstacles that have an upper end, each after its height, m."""
+        return [(region.z_max, region) for region in self.obstacles if region.z_max is not None]
+
     def at(self, height: float) -> "Map":
-        """The map with what is higher than a height, m, alone."""
+        """The map with what is higher than a height, m, alone; the same one if nothing is lower."""
+        if not any(top <= height for top, _ in self.low):
+            return self
         boxes = tuple(box for box in self.boxes if box.z_max is None or box.z_max > height)
         circles = tuple(circle for circle in self.circles if circle.z_max is None or circle.z_max > height)
-        return self if (boxes, circles) == (self.boxes, self.circles) else replace(self, boxes=boxes, circles=circles)
+        return replace(self, boxes=boxes, circles=circles)
 
     @cached_property
     def edges(self) -> npt.NDArray[np.float64]:
@@ -177,8 +184,7 @@ def _parse(text: str, file: str) -> Map:
     try:
         entry = _MapFile.model_validate(parsed(text, file))
     except ValidationError as error:
-        found = problems_of(error, (), _MapFile.model_fields, tables_in(_MapFile))
-        raise ConfigError(located(found, file, text)) from None
+        raise ConfigError(located(problems_in(error, _MapFile), file, text)) from None
     boxes = [box for wall in entry.wall for box in wall.boxes()]
     boxes += [Box(b.x, b.y, math.radians(b.heading), b.length, b.width, b.height) for b in entry.box]
     return Map(

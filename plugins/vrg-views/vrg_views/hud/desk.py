@@ -147,7 +147,6 @@ class Desk:
     def situation(self, seen: Telemetry, hands: Hands) -> Situation | None:
         """The input of the automaton; None while the robot's pose is not known."""
         forward, turn, climb = hands.shares
-        most = 0.0 if self.robot.flies is None else self.robot.flies.climb
         pose = seen.pose
         if pose is None or (self._stale(seen) and self.wish is not Wish.MANUAL):
             return None
@@ -158,7 +157,9 @@ class Desk:
             wish=self.wish,
             goal=self.goal or self.home,
             home=self.home,
-            hands=Twist(forward * self.robot.v_max, turn * self.robot.w_max, climb=climb * most or LEVEL),
+            hands=Twist(
+                forward * self.robot.v_max, turn * self.robot.w_max, climb=climb * self.robot.climb_max or LEVEL
+            ),
             neighbours=[Obstacle(o.place, o.velocity, radius + o.radius) for o in self._others],
             bounds=self.ground.bounds,
             walls=self.ground.walls,
@@ -207,5 +208,4 @@ class Desk:
         """A motion as parts of what the robot can do. A motion that is too fast is slowed down on the same curve."""
         forward, turn = twist.v / self.robot.v_max, twist.w / self.robot.w_max
         most = max(1.0, abs(forward), abs(turn))
-        climb = twist.climb / self.robot.flies.climb if self.robot.flies is not None else 0.0
-        return forward / most, turn / most, climb
+        return forward / most, turn / most, twist.climb / (self.robot.climb_max or 1.0)

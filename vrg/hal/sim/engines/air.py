@@ -138,8 +138,8 @@ class AirEngine(Engine):
             *(placed(form_of(c.radius, ()), c.x, c.y, 0.0) for c in map_.circles),
         ]
         tops = (math.inf if region.z_max is None else region.z_max for region in map_.obstacles)
-        self._walls = list(zip(walls, tops, strict=True))
-        """Where walls and obstacles are, and their heights, m."""
+        self._walls = [(place, 0.0, top) for place, top in zip(walls, tops, strict=True)]
+        """Where walls and obstacles are, and from which height on and how high they are, m."""
         self._forms = [rectangle(*robot.model.size) for robot in robots]
         self._read()
 
@@ -206,14 +206,14 @@ class AirEngine(Engine):
         row = flight.row
         x, y, theta = self.poses[row].tolist()
         here = placed(flight.form, x, y, theta)
-        others = {n: (self._height(n), self.models[n].height) for n in standing if n != row}
-        solid = [*self._walls, *((standing[n], bottom + height) for n, (bottom, height) in others.items())]
-        below = [top for place, top in solid if top <= flight.z + _NEAR and contacts(here, place)]
+        others = ((place, self._height(n), self.models[n].height) for n, place in standing.items() if n != row)
+        solid = [*self._walls, *others]
+        below = [bottom + height for place, bottom, height in solid
+                 if bottom + height <= flight.z + _NEAR and contacts(here, place)]  # fmt: skip
         flight.fly(dt, theta, max(below, default=0.0))
         way = flight.vx * dt, flight.vy * dt
         x, y = x + way[0], y + way[1]
-        meeting = [place for place, top in self._walls if flight.meets(0.0, top)]
-        meeting += [standing[n] for n, (bottom, height) in others.items() if flight.meets(bottom, height)]
+        meeting = [place for place, bottom, height in solid if flight.meets(bottom, height)]
         touched: Contact | None = None
         for _ in range(_ROUNDS):
             here = placed(flight.form, x, y, theta)

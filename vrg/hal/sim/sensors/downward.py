@@ -28,9 +28,9 @@ class AltimeterSimulation(SensorSimulation[AltimeterSpec]):
             top = _height(now, other) + model.height
             if other != row and top <= height and _is_over(now, x, y, other):
                 below = max(below, top)
-        for region in self.surroundings.map_.obstacles:
-            if region.z_max is not None and below < region.z_max <= height and region.contains(x, y):
-                below = region.z_max
+        for top, region in self.surroundings.map_.low:
+            if below < top <= height and region.contains(x, y):
+                below = top
         distance = height - below
         if self.surroundings.noise:
             distance += spec.noise * float(self._noise.at(now.tick)[self._index[mounted.robot, spec.name], 0])

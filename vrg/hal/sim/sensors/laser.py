@@ -27,7 +27,6 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         self._static = Edges(surroundings.map_.edges)
         self._edges = self._static
         self._discs = surroundings.map_.discs
-        self._low = any(region.z_max is not None for region in surroundings.map_.obstacles)
         self._seen = self._edges, self._discs
         """What the scans meet that are computed now."""
         self._blocks: dict[tuple[str, str], tuple[tuple[int, int], Floats]] = {}
@@ -37,10 +36,12 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         due = self.due(now)
         if not due:
             return []
-        self.look(now.models, now.poses)
+        low = bool(self.surroundings.map_.low)
+        if not (low or len(now.heights)):
+            self.look(now.models, now.poses)
         alike: dict[tuple[Any, ...], list[Mounted[LaserSpec]]] = {}
         for m in due:
-            height, seen = m.spec.height if now.things or self._low else 0.0, None
+            height, seen = m.spec.height if now.things or low else 0.0, None
             if len(now.heights):
                 height, rows = now.level(m.row, m.spec.height)
                 seen = tuple(rows)
@@ -49,7 +50,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         scans: dict[tuple[str, str], Floats32] = {}
         # Those with the same beams are computed together, which is faster than one by one.
         for (*_, seen, height), group in alike.items():
-            if seen is None and self._low:
+            if seen is None and low:
                 self.look(now.models, now.poses, height)
             elif seen is not None:
                 self.look([now.models[row] for row in seen], now.poses[list(seen)], height)
